@@ -1,0 +1,1 @@
+//! A bone's mesh → cortical shell, trabeculae, porosity that varies in space.

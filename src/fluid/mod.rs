@@ -1,0 +1,1 @@
+//! Phases, mixture, transfer, bonding network, conformation tensor, stress; knows no time loop.

@@ -1,0 +1,156 @@
+//! A scalar field that stores only the bricks where something happens.
+
+use crate::math::{Real, Vec3};
+use std::collections::BTreeMap;
+
+/// Nodes along the edge of a brick.
+pub const BRICK: i32 = 8;
+const NODES: usize = 512;
+
+/// Values at the nodes `origin + voxel · (i, j, k)`; where no brick is stored, `background`.
+#[derive(Clone, Debug)]
+pub struct BrickGrid {
+    /// Position of node (0, 0, 0) [m].
+    pub origin: Vec3,
+    /// Distance between nodes [m].
+    pub voxel: Real,
+    /// Value where no brick is stored.
+    pub background: f32,
+    bricks: BTreeMap<[i32; 3], Box<[f32; NODES]>>,
+}
+
+impl BrickGrid {
+    /// An empty field.
+    pub fn new(origin: Vec3, voxel: Real, background: f32) -> Self {
+        Self {
+            origin,
+            voxel,
+            background,
+            bricks: BTreeMap::new(),
+        }
+    }
+
+    /// The bricks in ascending order of (x, y, z): first node and the 512 values, z running fastest.
+    pub fn bricks(&self) -> impl Iterator<Item = ([i32; 3], &[f32; NODES])> {
+        self.bricks
+            .iter()
+            .map(|(key, values)| (key.map(|k| k * BRICK), &**values))
+    }
+
+    /// Stores a brick whose first node is `first` (multiples of [`BRICK`]).
+    pub fn insert_brick(&mut self, first: [i32; 3], values: Box<[f32; 512]>) {
+        self.bricks
+            .insert(first.map(|f| f.div_euclid(BRICK)), values);
+    }
+
+    /// Number of stored bricks.
+    pub fn brick_count(&self) -> usize {
+        self.bricks.len()
+    }
+
+    /// The value at a node.
+    #[inline]
+    pub fn get(&self, node: [i32; 3]) -> f32 {
+        let key = node.map(|n| n.div_euclid(BRICK));
+        self.bricks
+            .get(&key)
+            .map_or(self.background, |values| values[offset(node)])
+    }
+
+    /// Sets a node, storing its brick if need be.
+    pub fn set(&mut self, node: [i32; 3], value: f32) {
+        let key = node.map(|n| n.div_euclid(BRICK));
+        let background = self.background;
+        self.bricks
+            .entry(key)
+            .or_insert_with(|| Box::new([background; NODES]))[offset(node)] = value;
+    }
+
+    /// Position of a node [m].
+    pub fn position(&self, node: [i32; 3]) -> Vec3 {
+        self.origin + Vec3::new(node[0].into(), node[1].into(), node[2].into()) * self.voxel
+    }
+
+    /// The value at `x`, trilinear between nodes, and its gradient [1/m].
+    pub fn sample(&self, x: &Vec3) -> (Real, Vec3) {
+        let local = (x - self.origin) / self.voxel;
+        let base = local.map(Real::floor);
+        let f = local - base;
+        let first = [base.x as i32, base.y as i32, base.z as i32];
+        let corner = self.corners(first);
+        let lerp = |a: Real, b: Real, t: Real| a + (b - a) * t;
+        // Value: along z, then y, then x; gradient: the same differences, interpolated on the other two axes.
+        let along_z: [Real; 4] =
+            std::array::from_fn(|i| lerp(corner[2 * i], corner[2 * i + 1], f.z));
+        let along_y = [
+            lerp(along_z[0], along_z[1], f.y),
+            lerp(along_z[2], along_z[3], f.y),
+        ];
+        let slope_z: [Real; 4] = std::array::from_fn(|i| corner[2 * i + 1] - corner[2 * i]);
+        let gradient = Vec3::new(
+            along_y[1] - along_y[0],
+            lerp(along_z[1] - along_z[0], along_z[3] - along_z[2], f.x),
+            lerp(
+                lerp(slope_z[0], slope_z[1], f.y),
+                lerp(slope_z[2], slope_z[3], f.y),
+                f.x,
+            ),
+        );
+        (lerp(along_y[0], along_y[1], f.x), gradient / self.voxel)
+    }
+
+    /// The eight values around a point, z running fastest.
+    fn corners(&self, first: [i32; 3]) -> [Real; 8] {
+        let inner = first.map(|n| n.rem_euclid(BRICK));
+        if inner.iter().all(|&n| n < BRICK - 1) {
+            let key = first.map(|n| n.div_euclid(BRICK));
+            return match self.bricks.get(&key) {
+                None => [self.background.into(); 8],
+                Some(values) => {
+                    let o = offset(first);
+                    [o, o + 1, o + 8, o + 9, o + 64, o + 65, o + 72, o + 73]
+                        .map(|o| values[o].into())
+                }
+            };
+        }
+        std::array::from_fn(|c| {
+            let step = [c >> 2, (c >> 1) & 1, c & 1];
+            self.get(std::array::from_fn(|axis| first[axis] + step[axis] as i32))
+                .into()
+        })
+    }
+}
+
+/// Place of a node inside its brick, z running fastest (as in an OpenVDB leaf).
+#[inline]
+fn offset(node: [i32; 3]) -> usize {
+    let [x, y, z] = node.map(|n| n.rem_euclid(BRICK) as usize);
+    x << 6 | y << 3 | z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_field_is_sampled_exactly_across_bricks() {
+        let slope = Vec3::new(2.0, -1.0, 0.5);
+        let mut grid = BrickGrid::new(Vec3::new(-0.3, 0.1, 0.2), 0.25, 0.0);
+        for x in -10..10 {
+            for y in -10..10 {
+                for z in -10..10 {
+                    let value = slope.dot(&grid.position([x, y, z])) as f32;
+                    grid.set([x, y, z], value);
+                }
+            }
+        }
+        let mut random = crate::math::Stream::new(3, "grid");
+        for _ in 0..200 {
+            let x = grid.origin + random.cube() * 2.0;
+            let (value, gradient) = grid.sample(&x);
+            assert!((value - slope.dot(&x)).abs() < 1e-5);
+            assert!((gradient - slope).norm() < 1e-4);
+        }
+        assert_eq!(grid.get([100, 0, 0]), 0.0);
+    }
+}

@@ -1,0 +1,56 @@
+//! osteoflow simulates bone cement: how its powder and liquid mix, and how the mix flows from a needle into
+//! porous bone. It implements [IMM-CT] in smoothed particle hydrodynamics.
+//!
+//! # The house
+//!
+//! Rooms stand on floors; a room uses only rooms on lower floors (`tests/tidy.rs` holds it to that).
+//!
+//! | floor | room | holds |
+//! |--:|---|---|
+//! | 0 | [`math`] | scalar and vector names, symmetric tensors, order-fixed sums, seeded noise |
+//! | 1 | [`units`] | `"8 Pa.s"` → SI |
+//! | 1 | [`mesh`] | triangle meshes, OBJ, inspection, signed distance |
+//! | 1 | [`grid`] | sparse fields in bricks |
+//! | 1 | [`sph`] | kernel, neighbour rows, wall particles, pair operators, pressure and linear solvers |
+//! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it |
+//! | 2 | [`fluid`] | phases, mixture, transfer, bonding network, conformation tensor, stress |
+//! | 3 | [`bone`] | a bone's mesh → cortical shell, trabeculae, porosity |
+//! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, health, ledger |
+//! | 4 | [`cache`] | boundary files, frames, tables on disk |
+//! | 5 | [`surface`] | colour field, marching cubes |
+//! | 5 | [`export`] | OpenVDB files |
+//! | 5 | [`preview`] | camera, rasteriser, shading |
+//! | 6 | [`scene`] | what a recipe says, then what it means |
+//! | 7 | [`flow`] | stages: files in, files out |
+//! | 8 | [`cli`] | arguments, progress, exit codes |
+//!
+//! # Citations
+//!
+//! | key | source |
+//! |---|---|
+//! | [IMM-CT] | "Visual simulation of bone cement blending and dynamic flow": implicit mixture model with conformation tensor |
+//! | [Giesekus82] | H. Giesekus, "A simple constitutive equation for polymer fluids…", J. Non-Newtonian Fluid Mech. 11 (1982) |
+//! | [DFSPH] | J. Bender, D. Koschier, "Divergence-free SPH for incompressible and viscous fluids", IEEE TVCG 23 (2017) |
+//! | [Morris97] | J. Morris, P. Fox, Y. Zhu, "Modeling low Reynolds number incompressible flows using SPH", J. Comput. Phys. 136 (1997) |
+//! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
+//! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
+//! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
+//! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod bone;
+pub mod cache;
+pub mod cli;
+pub mod export;
+pub mod flow;
+pub mod fluid;
+pub mod grid;
+pub mod math;
+pub mod mesh;
+pub mod preview;
+pub mod scene;
+pub mod sim;
+pub mod solid;
+pub mod sph;
+pub mod surface;
+pub mod units;

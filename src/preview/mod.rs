@@ -1,0 +1,1 @@
+//! Camera, rasteriser, shading: pictures without a GPU.

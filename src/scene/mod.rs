@@ -1,0 +1,1 @@
+//! What a recipe says, then what it means.

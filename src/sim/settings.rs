@@ -1,0 +1,168 @@
+//! Everything that a simulation needs to be told, in SI.
+
+use crate::math::{Aabb, Real, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A whole simulation: what, where, how finely, how long.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimSettings {
+    /// Which list of terms a step is.
+    pub scheme: Scheme,
+    /// How the viscoelastic stress is stepped.
+    pub stress: StressStep,
+    /// Distance between particles at rest [m].
+    pub spacing: Real,
+    /// Support radius of the kernel, in spacings.
+    pub support_ratio: Real,
+    /// Simulated time [s].
+    pub duration: Real,
+    /// Frames per simulated second [1/s].
+    pub frames_per_second: Real,
+    /// Body acceleration [m/s²].
+    pub gravity: Vec3,
+    /// Which axes wrap around at `domain`.
+    pub periodic: [bool; 3],
+    /// The region of the simulation [m]: particles that leave it have escaped.
+    pub domain: Aabb,
+    /// Fixed or adaptive time step.
+    pub time_step: TimeStep,
+    /// What flows.
+    pub cement: Cement,
+    /// Fluid that is there at the start.
+    pub bodies: Vec<Body>,
+    /// Fluid that comes in.
+    pub inlets: Vec<Inlet>,
+    /// Seed of everything random (start jitter).
+    pub seed: u64,
+    /// Start jitter of the lattice, in spacings.
+    pub jitter: Real,
+    /// Skip what a scene does not need (mixture work of a single phase); changes speed, never bits.
+    pub skip_unneeded: bool,
+}
+
+/// The three schemes that the paper compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scheme {
+    /// Divergence-free SPH: one velocity, viscosity of the mixture, fractions fixed on particles.
+    Dfsph,
+    /// Implicit mixture model: two phase velocities, Newtonian viscosity (Eq. 7).
+    Imm,
+    /// Implicit mixture model with conformation tensor (Eqs 10–16).
+    ImmCt,
+}
+
+/// How viscous and viscoelastic stress are stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StressStep {
+    /// Explicit stress, pressure solved apart: small steps.
+    Explicit,
+    /// Velocity, pressure and stress in one implicit solve: steps at the CFL limit.
+    Coupled,
+}
+
+/// Time-step control.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeStep {
+    /// Always this step [s].
+    Fixed(Real),
+    /// As large as the limits allow.
+    Adaptive {
+        /// Never below [s].
+        min: Real,
+        /// Never above [s].
+        max: Real,
+        /// Fraction of a spacing that a particle may move in a step.
+        cfl: Real,
+    },
+}
+
+/// The material: a solvent and a polymer phase that mix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cement {
+    /// The solvent (monomer).
+    pub liquid: PhaseMaterial,
+    /// The solute (polymer powder).
+    pub polymer: PhaseMaterial,
+    /// λ: how long the polymer remembers [s].
+    pub relaxation_time: Real,
+    /// γ: thinning factor of (Eq. 12) [1/s].
+    pub thinning: Real,
+    /// C_d⁰ of (Eq. 10) [1].
+    pub rest_drag: Real,
+    /// C_f: phase diffusion coefficient [m²/s].
+    pub diffusion: Real,
+    /// Bonding network divided by the kernel sum, so that it reaches 1 in pure polymer.
+    pub normalised_bonding: bool,
+    /// Modulus c η of the printed (Eq. 13) instead of c η/λ.
+    pub literal_modulus: bool,
+    /// Time in which interphase friction halts the slip between the phases [s]; `None`: the paper's model, in
+    /// which slip under gravity grows without bound.
+    pub slip_relaxation: Option<Real>,
+}
+
+/// One phase at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhaseMaterial {
+    /// ρ_k⁰ [kg/m³].
+    pub density: Real,
+    /// η_k [Pa·s].
+    pub viscosity: Real,
+}
+
+/// Fluid that is there at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// Region that it fills (where no wall is).
+    pub shape: BodyShape,
+    /// α of the polymer phase [1].
+    pub polymer_fraction: Real,
+    /// Start velocity [m/s].
+    pub velocity: Vec3,
+}
+
+/// A region of fluid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum BodyShape {
+    /// A box [m].
+    Box(Aabb),
+    /// A sphere.
+    Sphere {
+        /// Centre [m].
+        centre: Vec3,
+        /// Radius [m].
+        radius: Real,
+    },
+    /// A capped cylinder.
+    Cylinder {
+        /// Centre of the first cap [m].
+        base: Vec3,
+        /// Unit vector to the second cap.
+        axis: Vec3,
+        /// Distance between the caps [m].
+        length: Real,
+        /// Radius [m].
+        radius: Real,
+    },
+}
+
+/// A round opening from which fluid is pressed at a given rate; the cannula's wall is part of the solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Inlet {
+    /// What the tables call it.
+    pub name: String,
+    /// Centre of the plane where fluid enters the simulation [m].
+    pub position: Vec3,
+    /// Unit vector of the flow.
+    pub direction: Vec3,
+    /// Inner diameter [m].
+    pub diameter: Real,
+    /// Volume per time [m³/s].
+    pub flow_rate: Real,
+    /// α of the polymer phase [1].
+    pub polymer_fraction: Real,
+    /// Volume after which it stops [m³].
+    pub dose: Real,
+}

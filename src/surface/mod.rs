@@ -1,0 +1,1 @@
+//! Colour field and marching cubes.

@@ -1,0 +1,1 @@
+//! `"8 Pa.s"` → SI: one parser per dimension.
