@@ -6,7 +6,7 @@ use super::Real;
 use rayon::prelude::*;
 
 /// Elements per block: large enough to be worth a task, small enough to share out.
-pub const BLOCK: usize = 2048;
+pub const BLOCK: usize = 512;
 
 /// Σ `term(i)` for `i` in `0..count`, the same bits on any number of threads.
 pub fn ordered_sum(count: usize, term: impl Fn(usize) -> Real + Sync) -> Real {

@@ -1,7 +1,19 @@
 //! State, the step of each scheme, time-step control, inlets, health, ledger. Opens no file, prints nothing.
 
+mod health;
+mod inlet;
+mod ledger;
+mod schemes;
 mod settings;
+mod simulation;
+mod start;
+mod stepper;
+mod time_step;
 
-pub use settings::{
-    Body, BodyShape, Cement, Inlet, PhaseMaterial, Scheme, SimSettings, StressStep, TimeStep,
-};
+pub use crate::fluid::{Cement, PhaseMaterial};
+pub use health::{SimError, Symptom};
+pub use inlet::InletState;
+pub use ledger::Ledger;
+pub use settings::{Body, BodyShape, Inlet, Scheme, SimSettings, StressStep, TimeStep};
+pub use simulation::{Simulation, StepReport};
+pub use time_step::Limit;

@@ -1,5 +1,6 @@
 //! Everything that a simulation needs to be told, in SI.
 
+use crate::fluid::Cement;
 use crate::math::{Aabb, Real, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -77,39 +78,6 @@ pub enum TimeStep {
         /// Fraction of a spacing that a particle may move in a step.
         cfl: Real,
     },
-}
-
-/// The material: a solvent and a polymer phase that mix.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cement {
-    /// The solvent (monomer).
-    pub liquid: PhaseMaterial,
-    /// The solute (polymer powder).
-    pub polymer: PhaseMaterial,
-    /// λ: how long the polymer remembers [s].
-    pub relaxation_time: Real,
-    /// γ: thinning factor of (Eq. 12) [1/s].
-    pub thinning: Real,
-    /// C_d⁰ of (Eq. 10) [1].
-    pub rest_drag: Real,
-    /// C_f: phase diffusion coefficient [m²/s].
-    pub diffusion: Real,
-    /// Bonding network divided by the kernel sum, so that it reaches 1 in pure polymer.
-    pub normalised_bonding: bool,
-    /// Modulus c η of the printed (Eq. 13) instead of c η/λ.
-    pub literal_modulus: bool,
-    /// Time in which interphase friction halts the slip between the phases [s]; `None`: the paper's model, in
-    /// which slip under gravity grows without bound.
-    pub slip_relaxation: Option<Real>,
-}
-
-/// One phase at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PhaseMaterial {
-    /// ρ_k⁰ [kg/m³].
-    pub density: Real,
-    /// η_k [Pa·s].
-    pub viscosity: Real,
 }
 
 /// Fluid that is there at the start.

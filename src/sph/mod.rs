@@ -1,12 +1,22 @@
 //! Smoothed particle hydrodynamics that knows no phases: kernel, neighbour rows, walls, operators, solvers.
 
-use crate::math::{Real, Vec3};
+mod apgd;
+mod cells;
+mod coarse;
+mod coupled;
+mod kernel;
+mod minres;
+mod neighbourhood;
+pub mod operators;
+mod pressure;
+mod rows;
+mod walls;
 
-/// Wall particles: points that stand for the solid near the fluid.
-#[derive(Clone, Debug, Default)]
-pub struct WallParticles {
-    /// Centre of the solid part of its voxel [m].
-    pub position: Vec<Vec3>,
-    /// Volume of that part [m³].
-    pub volume: Vec<Real>,
-}
+pub use apgd::{ApgdGoal, PressureOutcome, solve_pressure};
+pub use cells::{Cells, Domain};
+pub use coupled::{CoupledGoal, CoupledOutcome, CoupledProblem, CoupledSolver};
+pub use kernel::Kernel;
+pub use neighbourhood::{FluidOfWall, Neighbourhood, Pair, Standing, WallPair, vector};
+pub use pressure::{PressureOperator, Source};
+pub use rows::Rows;
+pub use walls::{Pistons, WallParticles, Walls};

@@ -1,0 +1,74 @@
+//! The state of the cement: what a step reads and leaves for the next.
+
+use super::PerPhase;
+use crate::math::{Real, Sym3, Vec3};
+
+/// One row per particle; all vectors equally long.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FluidParticles {
+    /// x_i [m].
+    pub position: Vec<Vec3>,
+    /// v_{i,k} [m/s].
+    pub phase_velocity: Vec<PerPhase<Vec3>>,
+    /// α of the polymer phase, in [0, 1]; the liquid is the rest, so that Σ α = 1 holds by itself (Eq. 3).
+    pub polymer_fraction: Vec<Real>,
+    /// U_i [1]; symmetric positive definite, I when relaxed.
+    pub conformation: Vec<Sym3>,
+    /// Warm starts [Pa]: of the constant-volume and of the divergence solve.
+    pub pressure: Vec<[Real; 2]>,
+    /// Identity, given in the order of appearance.
+    pub id: Vec<u32>,
+    /// Where it came from: 0 a body at the start, n the n-th inlet.
+    pub origin: Vec<u16>,
+}
+
+impl FluidParticles {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Adds a relaxed particle.
+    pub fn push(
+        &mut self,
+        position: Vec3,
+        velocity: Vec3,
+        polymer_fraction: Real,
+        id: u32,
+        origin: u16,
+    ) {
+        self.position.push(position);
+        self.phase_velocity.push(PerPhase {
+            liquid: velocity,
+            polymer: velocity,
+        });
+        self.polymer_fraction.push(polymer_fraction);
+        self.conformation.push(Sym3::IDENTITY);
+        self.pressure.push([0.0; 2]);
+        self.id.push(id);
+        self.origin.push(origin);
+    }
+
+    /// Keeps the particles for which `keep` holds, in order.
+    pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+        fn only<T: Copy>(values: &mut Vec<T>, keep: &impl Fn(usize) -> bool) {
+            let mut i = 0;
+            values.retain(|_| {
+                i += 1;
+                keep(i - 1)
+            });
+        }
+        only(&mut self.position, &keep);
+        only(&mut self.phase_velocity, &keep);
+        only(&mut self.polymer_fraction, &keep);
+        only(&mut self.conformation, &keep);
+        only(&mut self.pressure, &keep);
+        only(&mut self.id, &keep);
+        only(&mut self.origin, &keep);
+    }
+}

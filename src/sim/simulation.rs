@@ -1,0 +1,229 @@
+//! A simulation from start to end: steps until a moment, and what there is to see then.
+
+use super::health::SimError;
+use super::inlet::InletState;
+use super::ledger::{self, Ledger, Tally};
+use super::settings::SimSettings;
+pub use super::stepper::StepReport;
+use super::stepper::Stepper;
+use super::{schemes, start};
+use crate::fluid::{FluidParticles, MixtureFields, mixture};
+use crate::math::{Real, Vec3};
+use crate::solid::Solid;
+use crate::sph::{Domain, Kernel, Neighbourhood, WallParticles, Walls};
+
+/// Neighbour rows are numbered with 32 bits.
+const MOST_PARTICLES: usize = 20_000_000;
+
+/// State and surroundings of a run.
+pub struct Simulation {
+    /// What it was told.
+    pub settings: SimSettings,
+    /// The cement.
+    pub fluid: FluidParticles,
+    /// Inlets in the course of time.
+    pub inlets: Vec<InletState>,
+    /// Simulated time [s].
+    pub time: Real,
+    /// Steps so far.
+    pub steps: u64,
+    /// Particles carved away at the start because a wall is there.
+    pub carved: usize,
+    /// V₀ [m³].
+    pub rest_volume: Real,
+    kernel: Kernel,
+    domain: Domain,
+    solid: Solid,
+    walls: Walls,
+    tally: Tally,
+}
+
+impl Simulation {
+    /// A run at its start: bodies filled, first rows of the inlets in place.
+    pub fn new(
+        settings: SimSettings,
+        solid: Solid,
+        particles: WallParticles,
+    ) -> Result<Self, SimError> {
+        let kernel = Kernel::new(settings.spacing * settings.support_ratio);
+        let domain = Domain {
+            bounds: settings.domain,
+            periodic: settings.periodic,
+        };
+        let walls = Walls::new(particles, &kernel, &domain, |x| -solid.distance(x).0);
+        let (fluid, carved) = start::fill(&settings, &solid);
+        if fluid.len() > MOST_PARTICLES {
+            return Err(SimError::TooMany(fluid.len(), MOST_PARTICLES));
+        }
+        let rest_volume = kernel.rest_volume(settings.spacing);
+        let inlets = settings
+            .inlets
+            .iter()
+            .map(|inlet| InletState::new(inlet.clone(), settings.spacing, rest_volume))
+            .collect();
+        let mut run = Self {
+            settings,
+            fluid,
+            inlets,
+            time: 0.0,
+            steps: 0,
+            carved,
+            rest_volume,
+            kernel,
+            domain,
+            solid,
+            walls,
+            tally: Tally::default(),
+        };
+        run.start_inlets();
+        Ok(run)
+    }
+
+    /// The first row of every inlet is fluid at the start.
+    fn start_inlets(&mut self) {
+        for number in 0..self.inlets.len() {
+            let inlet = &mut self.inlets[number];
+            while let Some(row) = inlet.emit(self.rest_volume) {
+                let velocity = inlet.settings.direction * inlet.speed();
+                for position in row {
+                    let id = self.fluid.len() as u32;
+                    self.fluid.push(
+                        position,
+                        velocity,
+                        inlet.settings.polymer_fraction,
+                        id,
+                        number as u16 + 1,
+                    );
+                }
+            }
+        }
+        self.count_injected();
+    }
+
+    fn count_injected(&mut self) {
+        let share = |pick: fn(Real) -> Real| {
+            self.inlets
+                .iter()
+                .map(|inlet| inlet.emitted * pick(inlet.settings.polymer_fraction))
+                .sum()
+        };
+        self.tally.injected.polymer = share(|alpha| alpha);
+        self.tally.injected.liquid = share(|alpha| 1.0 - alpha);
+    }
+
+    /// Steps until `end` [s] exactly; `each` sees every step.
+    pub fn advance_to(
+        &mut self,
+        end: Real,
+        mut each: impl FnMut(&StepReport),
+    ) -> Result<(), SimError> {
+        while self.time < end {
+            let left = end - self.time;
+            let report = self.step(left)?;
+            // The last step of a frame lands on it exactly, whatever the sum of steps rounds to.
+            self.time = if report.dt >= left {
+                end
+            } else {
+                self.time + report.dt
+            };
+            each(&report);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, left: Real) -> Result<StepReport, SimError> {
+        self.steps += 1;
+        let mut stepper = Stepper {
+            settings: &self.settings,
+            kernel: &self.kernel,
+            domain: &self.domain,
+            solid: &self.solid,
+            walls: &self.walls,
+            fluid: &mut self.fluid,
+            inlets: &mut self.inlets,
+            near: Neighbourhood::default(),
+            mix: MixtureFields::default(),
+            gradient: Vec::new(),
+            dt: 0.0,
+            time: self.time,
+            step: self.steps,
+            report: StepReport::default(),
+        };
+        schemes::step(&mut stepper, left)?;
+        let report = stepper.report;
+        let compression = std::mem::take(&mut stepper.near.compression);
+        self.tally.add(&report, &compression);
+        self.count_injected();
+        self.remove_escaped();
+        Ok(report)
+    }
+
+    /// Particles that leave the domain are gone, and counted.
+    fn remove_escaped(&mut self) {
+        let bounds = self.domain.bounds;
+        let periodic = self.domain.periodic;
+        let inside = |x: &Vec3| {
+            (0..3).all(|a| periodic[a] || (bounds.min[a] <= x[a] && x[a] <= bounds.max[a]))
+        };
+        if self.fluid.position.iter().all(inside) {
+            return;
+        }
+        let stays: Vec<bool> = self.fluid.position.iter().map(inside).collect();
+        for (alpha, _) in self
+            .fluid
+            .polymer_fraction
+            .iter()
+            .zip(&stays)
+            .filter(|(_, stays)| !**stays)
+        {
+            self.tally.escaped.polymer += self.rest_volume * alpha;
+            self.tally.escaped.liquid += self.rest_volume * (1.0 - alpha);
+        }
+        self.fluid.retain(|i| stays[i]);
+    }
+
+    /// The ledger's entry for now; starts a new window.
+    pub fn ledger(&mut self) -> Ledger {
+        let depth = -0.5 * self.settings.spacing;
+        let in_walls = self
+            .fluid
+            .position
+            .iter()
+            .filter(|x| self.solid.distance(x).0 < depth)
+            .count();
+        let entry = ledger::enter(
+            &self.settings,
+            &self.fluid,
+            &self.inlets,
+            &self.tally,
+            self.rest_volume,
+            self.time,
+            self.steps,
+            in_walls,
+        );
+        self.tally.reset_window();
+        entry
+    }
+
+    /// v_mix of every particle [m/s] (Eq. 4).
+    pub fn velocity(&self) -> Vec<Vec3> {
+        let phases = self
+            .fluid
+            .phase_velocity
+            .iter()
+            .zip(&self.fluid.polymer_fraction);
+        phases
+            .map(|(v, &alpha)| mixture::mixture_velocity(v, alpha))
+            .collect()
+    }
+
+    /// Support radius [m].
+    pub fn support_radius(&self) -> Real {
+        self.kernel.support_radius
+    }
+
+    /// Number of static wall particles.
+    pub fn wall_count(&self) -> usize {
+        self.walls.particles.position.len()
+    }
+}

@@ -1,0 +1,468 @@
+//! Velocity and pressure in one implicit solve, with p ≥ 0.
+//!
+//! ```text
+//! [ H   P ] [v]   [ b ]      H = M/dt + K        K: compact Laplacian with no-slip walls
+//! [ Pᵀ −C ] [k] = [−c ]      k ≥ 0,  s = c + Pᵀv − C k ≤ 0,  k s = 0
+//! ```
+//!
+//! An outer active set F = {k > 0} ∪ {s > 0} around block MINRES (`minres`), loosely solved. C is a graph
+//! Laplacian over F that damps pressure modes which the velocity cannot see; it is zero on constants, so no inflow
+//! is lost. Preconditioner: two Chebyshev–Jacobi steps for H; for the pressure block viscosity and inertia by
+//! particle, and a coarse level that knows the mobility of the fluid.
+
+use super::coarse::Coarse;
+use super::minres::{self, Packed, Preconditioner};
+use super::neighbourhood::{Neighbourhood, vector};
+use super::operators::{laplacian_weight, wall_friction};
+use super::pressure::PressureOperator;
+use super::rows::Rows;
+use crate::math::{BLOCK, Real, Vec3, ordered_sum};
+use rayon::prelude::*;
+
+/// Strength of the pressure stabilisation C.
+const STABILISATION: Real = 0.1;
+/// Each outer iteration reduces its residual by this factor: the set is not final anyway.
+const LOOSE: Real = 0.3;
+const MOST_OUTERS: usize = 15;
+const MOST_INNER: usize = 300;
+const GRAIN: usize = 128;
+
+/// One step's system.
+pub struct CoupledProblem<'a> {
+    /// Pairs.
+    pub near: &'a Neighbourhood,
+    /// Positions [m].
+    pub position: &'a [Vec3],
+    /// Effective masses [kg].
+    pub mass: &'a [Real],
+    /// Viscosity of K on each particle [Pa·s]; pairs use the mean.
+    pub viscosity: &'a [Real],
+    /// Time step [s].
+    pub dt: Real,
+    /// b without the walls' part: M/dt v* plus explicit forces [N].
+    pub force: &'a [Vec3],
+    /// c without the walls' motion: excess volume / dt [m³/s].
+    pub excess: &'a [Real],
+}
+
+/// When the solve is good enough.
+#[derive(Clone, Copy, Debug)]
+pub struct CoupledGoal {
+    /// Root mean square volume strain left over [1/s].
+    pub strain_rate: Real,
+    /// |Σ s| over the particles under pressure [m³/s].
+    pub balance: Real,
+    /// Root mean square velocity residual r_v/H_ii [m/s].
+    pub velocity: Real,
+}
+
+/// What became of a solve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoupledOutcome {
+    /// MINRES iterations in all.
+    pub iterations: usize,
+    /// Rounds of the active set.
+    pub outers: usize,
+    /// Whether all goals were met.
+    pub converged: bool,
+    /// Volume strain left over [1/s].
+    pub strain_rate: Real,
+    /// Inflow left unbalanced [m³/s].
+    pub balance: Real,
+    /// Velocity residual [m/s].
+    pub velocity: Real,
+}
+
+#[derive(Clone, Copy)]
+struct SaddlePair {
+    j: u32,
+    gradient: [f32; 3],
+    /// V_i c_ij η_ij [kg/s].
+    drag: f32,
+    /// V_j W_ij [1].
+    weight: f32,
+    /// Entry of C inside F [m³/(Pa s)], 0 outside.
+    smooth: f32,
+}
+
+/// The assembled system.
+pub struct CoupledSolver<'a> {
+    problem: CoupledProblem<'a>,
+    pairs: Rows<SaddlePair>,
+    /// H_ii [kg/s].
+    diagonal: Vec<Real>,
+    /// b with the walls' part [N].
+    force: Vec<Vec3>,
+    /// c with the walls' part [m³/s].
+    source: Vec<Real>,
+    /// Fine part of the inverse Schur complement [Pa s/m³].
+    fine: Vec<Real>,
+    /// Mobility: velocity per force of a uniform push [m/(s N)].
+    mobility: Vec<Real>,
+    active: Vec<bool>,
+    coarse: Coarse,
+}
+
+impl<'a> CoupledSolver<'a> {
+    /// Assembles the system.
+    pub fn new(problem: CoupledProblem<'a>) -> Self {
+        let near = problem.near;
+        let n = near.len();
+        let volume = near.rest_volume;
+        let pairs = Rows::build(n, |i, row| {
+            for pair in near.fluid.row(i) {
+                let eta = 0.5 * (problem.viscosity[i] + problem.viscosity[pair.j as usize]);
+                row.push(SaddlePair {
+                    j: pair.j,
+                    gradient: pair.gradient,
+                    drag: (volume * eta * laplacian_weight(near, i, pair)) as f32,
+                    weight: pair.weight,
+                    smooth: 0.0,
+                });
+            }
+        });
+        let rows: Vec<(Real, Vec3)> = (0..n)
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let drags: Real = pairs.row(i).iter().map(|p| Real::from(p.drag)).sum();
+                let (friction, carried) = wall_friction(near, i);
+                let scale = volume * problem.viscosity[i];
+                (
+                    problem.mass[i] / problem.dt + drags + scale * friction,
+                    problem.force[i] + carried * scale,
+                )
+            })
+            .collect();
+        let operator = PressureOperator { near };
+        let carried = operator.volume_rate_with_walls(&vec![Vec3::zeros(); n]);
+        let inertial = operator.diagonal(problem.mass);
+        let mut solver = Self {
+            pairs,
+            diagonal: rows.iter().map(|r| r.0).collect(),
+            force: rows.iter().map(|r| r.1).collect(),
+            source: (0..n).map(|i| problem.excess[i] + carried[i]).collect(),
+            fine: Vec::new(),
+            mobility: Vec::new(),
+            active: vec![false; n],
+            coarse: Coarse::new(near, problem.position, &vec![false; n], &[]),
+            problem,
+        };
+        let mut sorted = inertial.clone();
+        sorted.sort_by(Real::total_cmp);
+        let floor = 1e-3
+            * sorted
+                .get(n / 2)
+                .copied()
+                .unwrap_or(1.0)
+                .max(Real::MIN_POSITIVE);
+        let p = &solver.problem;
+        solver.fine = (0..n)
+            .map(|i| p.viscosity[i] / volume + 1.0 / (p.dt * inertial[i].max(floor)))
+            .collect();
+        solver.mobility = solver.uniform_push();
+        solver
+    }
+
+    /// (M + dt K) u = M 1 by a few Jacobi-CG steps: how far a uniform push moves each particle, times dt/m.
+    fn uniform_push(&self) -> Vec<Real> {
+        let p = &self.problem;
+        let n = self.diagonal.len();
+        let apply = |x: &[Real]| -> Vec<Real> {
+            (0..n)
+                .into_par_iter()
+                .with_min_len(GRAIN)
+                .map(|i| {
+                    let pull: Real = self
+                        .pairs
+                        .row(i)
+                        .iter()
+                        .map(|q| Real::from(q.drag) * x[q.j as usize])
+                        .sum();
+                    self.diagonal[i] * x[i] - pull
+                })
+                .collect()
+        };
+        let mut u = vec![0.0; n];
+        let mut r: Vec<Real> = (0..n).map(|i| p.mass[i] / p.dt).collect();
+        let mut z: Vec<Real> = (0..n).map(|i| r[i] / self.diagonal[i]).collect();
+        let mut d = z.clone();
+        let mut rz = ordered_sum(n, |i| r[i] * z[i]);
+        let start = rz;
+        for _ in 0..12 {
+            if rz <= 1e-8 * start {
+                break;
+            }
+            let image = apply(&d);
+            let step = rz / ordered_sum(n, |i| d[i] * image[i]);
+            for i in 0..n {
+                u[i] += step * d[i];
+                r[i] -= step * image[i];
+                z[i] = r[i] / self.diagonal[i];
+            }
+            let next = ordered_sum(n, |i| r[i] * z[i]);
+            for i in 0..n {
+                d[i] = z[i] + next / rz * d[i];
+            }
+            rz = next;
+        }
+        (0..n).map(|i| u[i].max(0.0) * p.dt / p.mass[i]).collect()
+    }
+
+    /// Solves, with `velocity` [m/s] and `pressure` [Pa] as the guess; `full(i)`: the neighbourhood has no gap.
+    pub fn solve(
+        &mut self,
+        velocity: &mut [Vec3],
+        pressure: &mut [Real],
+        full: impl Fn(usize) -> bool,
+        goal: &CoupledGoal,
+    ) -> CoupledOutcome {
+        let n = velocity.len();
+        let volume = self.problem.near.rest_volume;
+        let mut outcome = CoupledOutcome::default();
+        if n == 0 {
+            outcome.converged = true;
+            return outcome;
+        }
+        let cold = pressure.iter().all(|&p| p == 0.0);
+        let mut x: Vec<Packed> = (0..n)
+            .map(|i| {
+                [
+                    velocity[i].x,
+                    velocity[i].y,
+                    velocity[i].z,
+                    pressure[i].max(0.0),
+                ]
+            })
+            .collect();
+        // The first guess decides the cost: a set that starts too small grows ring by ring.
+        self.active = vec![false; n];
+        let s = self.constraint(&x);
+        let mut active: Vec<bool> = (0..n)
+            .map(|i| {
+                x[i][3] > 0.0
+                    || if cold {
+                        full(i) || s[i] > 0.0
+                    } else {
+                        s[i] > 0.0 && full(i)
+                    }
+            })
+            .collect();
+        loop {
+            self.set_active(&active);
+            for i in 0..n {
+                if !active[i] {
+                    x[i][3] = 0.0;
+                }
+            }
+            let b: Vec<Packed> = (0..n)
+                .map(|i| {
+                    let f = self.force[i];
+                    [f.x, f.y, f.z, if active[i] { -self.source[i] } else { 0.0 }]
+                })
+                .collect();
+            let norms = |r: &[Packed]| {
+                let strain = ordered_sum(n, |i| r[i][3] * r[i][3]) / n as Real;
+                let speed = ordered_sum(n, |i| {
+                    let h = self.diagonal[i];
+                    (r[i][0] * r[i][0] + r[i][1] * r[i][1] + r[i][2] * r[i][2]) / (h * h)
+                }) / n as Real;
+                (strain.sqrt() / volume, speed.sqrt())
+            };
+            let mut target = None;
+            let iterations = minres::solve(&*self, &b, &mut x, MOST_INNER, |r| {
+                let (strain, speed) = norms(r);
+                let (strain_goal, speed_goal) = *target.get_or_insert((
+                    (LOOSE * strain).max(0.7 * goal.strain_rate),
+                    (LOOSE * speed).max(0.7 * goal.velocity),
+                ));
+                strain <= strain_goal && speed <= speed_goal
+            });
+            outcome.iterations += iterations;
+            outcome.outers += 1;
+            for value in &mut x {
+                value[3] = value[3].max(0.0);
+            }
+            let s = self.constraint(&x);
+            let left = |i: usize| if x[i][3] > 0.0 { s[i] } else { s[i].max(0.0) };
+            outcome.strain_rate =
+                (ordered_sum(n, |i| left(i) * left(i)) / n as Real).sqrt() / volume;
+            outcome.balance = ordered_sum(n, left).abs();
+            outcome.velocity = self.momentum_residual(&x);
+            outcome.converged = outcome.strain_rate <= goal.strain_rate
+                && outcome.balance <= goal.balance
+                && outcome.velocity <= goal.velocity;
+            if outcome.converged || outcome.outers >= MOST_OUTERS {
+                break;
+            }
+            active = (0..n).map(|i| x[i][3] > 0.0 || s[i] > 0.0).collect();
+        }
+        for i in 0..n {
+            velocity[i] = Vec3::new(x[i][0], x[i][1], x[i][2]);
+            pressure[i] = x[i][3];
+        }
+        outcome
+    }
+
+    /// Takes a new set F: C, the coarse level.
+    fn set_active(&mut self, active: &[bool]) {
+        let near = self.problem.near;
+        let fine = &self.fine;
+        self.pairs.for_each_mut(|i, pair| {
+            let j = pair.j as usize;
+            let strength = STABILISATION * Real::from(pair.weight) / (fine[i] * fine[j]).sqrt();
+            pair.smooth = if active[i] && active[j] {
+                strength as f32
+            } else {
+                0.0
+            };
+        });
+        self.active = active.to_vec();
+        self.coarse = Coarse::new(near, self.problem.position, active, &self.mobility);
+    }
+
+    /// s = c + Pᵀv − C k on all particles [m³/s].
+    fn constraint(&self, x: &[Packed]) -> Vec<Real> {
+        let velocity: Vec<Vec3> = x.iter().map(|p| Vec3::new(p[0], p[1], p[2])).collect();
+        let rate = PressureOperator {
+            near: self.problem.near,
+        }
+        .volume_rate(&velocity);
+        (0..x.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let smooth: Real = self
+                    .pairs
+                    .row(i)
+                    .iter()
+                    .map(|p| Real::from(p.smooth) * (x[i][3] - x[p.j as usize][3]))
+                    .sum();
+                self.source[i] + rate[i] - smooth
+            })
+            .collect()
+    }
+
+    fn momentum_residual(&self, x: &[Packed]) -> Real {
+        let n = x.len();
+        let mut image = vec![[0.0; 4]; n];
+        minres::Operator::apply(self, x, &mut image);
+        let squares = ordered_sum(n, |i| {
+            let f = self.force[i];
+            let r = [f.x - image[i][0], f.y - image[i][1], f.z - image[i][2]];
+            (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]) / (self.diagonal[i] * self.diagonal[i])
+        });
+        (squares / n as Real).sqrt()
+    }
+}
+
+impl minres::Operator for CoupledSolver<'_> {
+    fn apply(&self, x: &[Packed], out: &mut [Packed]) {
+        let near = self.problem.near;
+        let volume = near.rest_volume;
+        let of_walls: Vec<(Real, Real)> = (0..near.of_wall.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|b| {
+                let (mut pressure, mut closing) = (0.0, 0.0);
+                for pair in near.of_wall.row(b) {
+                    let y = x[pair.i as usize];
+                    let g = vector(pair.gradient);
+                    pressure += Real::from(pair.share) * y[3];
+                    closing -= g.x * y[0] + g.y * y[1] + g.z * y[2];
+                }
+                (pressure, closing * near.wall_volume[b])
+            })
+            .collect();
+        out.par_chunks_mut(GRAIN)
+            .enumerate()
+            .for_each(|(block, rows)| {
+                for (offset, row) in rows.iter_mut().enumerate() {
+                    let i = block * GRAIN + offset;
+                    let own = x[i];
+                    let h = self.diagonal[i];
+                    let mut drag = [h * own[0], h * own[1], h * own[2]];
+                    let (mut push, mut rate, mut smooth) = ([0.0; 3], 0.0, 0.0);
+                    for pair in self.pairs.row(i) {
+                        let y = x[pair.j as usize];
+                        let c = Real::from(pair.drag);
+                        let g = pair.gradient.map(Real::from);
+                        let k = own[3] + y[3];
+                        for axis in 0..3 {
+                            drag[axis] -= c * y[axis];
+                            push[axis] += g[axis] * k;
+                            rate += g[axis] * (own[axis] - y[axis]);
+                        }
+                        smooth += Real::from(pair.smooth) * (own[3] - y[3]);
+                    }
+                    let mut given_back = 0.0;
+                    for pair in near.wall.row(i) {
+                        let (k_b, q_b) = of_walls[pair.b as usize];
+                        let g = pair.gradient.map(Real::from);
+                        let k = own[3] + k_b;
+                        for axis in 0..3 {
+                            push[axis] += g[axis] * k;
+                            rate += g[axis] * own[axis];
+                        }
+                        given_back += Real::from(pair.share) * q_b;
+                    }
+                    let p = if self.active[i] {
+                        volume * rate + given_back - smooth
+                    } else {
+                        0.0
+                    };
+                    *row = [
+                        drag[0] + volume * push[0],
+                        drag[1] + volume * push[1],
+                        drag[2] + volume * push[2],
+                        p,
+                    ];
+                }
+            });
+    }
+}
+
+/// Interval of D⁻¹H on which the Chebyshev polynomial is small. H is diagonally dominant, so 2 bounds it.
+const LARGEST: Real = 2.0;
+const SMALLEST: Real = LARGEST / 20.0;
+
+impl Preconditioner for CoupledSolver<'_> {
+    fn precondition(&self, r: &[Packed], z: &mut [Packed]) {
+        let centre = 0.5 * (LARGEST + SMALLEST);
+        let half = 0.5 * (LARGEST - SMALLEST);
+        let rho_0 = half / centre;
+        let rho_1 = 1.0 / (2.0 * centre / half - rho_0);
+        // First Chebyshev step: scaled Jacobi, read off r where it is needed.
+        let first = |j: usize| 1.0 / (centre * self.diagonal[j]);
+        let by_cell = self.coarse.solve(|i| r[i][3]);
+        z.par_chunks_mut(GRAIN)
+            .enumerate()
+            .for_each(|(block, rows)| {
+                for (offset, row) in rows.iter_mut().enumerate() {
+                    let i = block * GRAIN + offset;
+                    let d = self.diagonal[i];
+                    let start = first(i);
+                    let mut pull = [0.0; 3];
+                    for pair in self.pairs.row(i) {
+                        let j = pair.j as usize;
+                        let c = Real::from(pair.drag) * first(j);
+                        for axis in 0..3 {
+                            pull[axis] += c * r[j][axis];
+                        }
+                    }
+                    for axis in 0..3 {
+                        let z_0 = start * r[i][axis];
+                        let rest = r[i][axis] - d * z_0 + pull[axis];
+                        row[axis] = z_0 + rho_1 * rho_0 * z_0 + 2.0 * rho_1 / half * rest / d;
+                    }
+                    row[3] = match self.coarse.cell_of(i) {
+                        Some(cell) => self.fine[i] * r[i][3] + by_cell[cell],
+                        None => 0.0,
+                    };
+                }
+            });
+    }
+}
+
+/// Blocks of the vector loops in MINRES are those of the ordered sums.
+pub(super) const VECTOR_BLOCK: usize = BLOCK;

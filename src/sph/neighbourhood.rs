@@ -1,0 +1,330 @@
+//! Who is near whom, and what every operator needs of a pair: built once a step, read by all.
+//!
+//! Pair terms are kept in f32 relative to the pair (exactly antisymmetric, so that momentum is kept) and
+//! summed in f64.
+
+use super::{Cells, Domain, Kernel, Pistons, Rows, Walls};
+use crate::math::{Mat3, Real, Vec3};
+use rayon::prelude::*;
+
+/// Two fluid particles i, j.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// The neighbour.
+    pub j: u32,
+    /// V_j ∇_i W_ij [1/m].
+    pub gradient: [f32; 3],
+    /// −V_j W'(r)/r ≥ 0 [1/m²]: gradient = −steepness · x_ij.
+    pub steepness: f32,
+    /// V_j W_ij [1].
+    pub weight: f32,
+}
+
+/// A fluid particle i and a wall particle b.
+#[derive(Clone, Copy, Debug)]
+pub struct WallPair {
+    /// The wall particle, by its place among the active ones.
+    pub b: u32,
+    /// V_b ∇_i W_ib [1/m].
+    pub gradient: [f32; 3],
+    /// −V_b W'(r)/r [1/m²].
+    pub steepness: f32,
+    /// S_bi: share of i in the Shepard mean at b [1].
+    pub share: f32,
+    /// β: how far the velocity is carried on behind the true surface; v_b = u_w − β (v_i − u_w) [Morris97].
+    pub beta: f32,
+}
+
+/// The same pair seen from the wall.
+#[derive(Clone, Copy, Debug)]
+pub struct FluidOfWall {
+    /// The fluid particle.
+    pub i: u32,
+    /// V_i ∇_b W_bi [1/m].
+    pub gradient: [f32; 3],
+    /// S_bi [1].
+    pub share: f32,
+}
+
+/// β is cut here: closer to the surface the wall would own the particle.
+const MOST_BETA: Real = 8.0;
+/// Distance to the surface is not taken below this, in spacings.
+const LEAST_DISTANCE: Real = 0.1;
+/// The trace of the moment matrix is 1 inside the fluid; at a free surface it is not taken below this.
+const LEAST_TRACE: Real = 0.8;
+
+/// Everything that the operators know about positions.
+#[derive(Clone, Debug, Default)]
+pub struct Neighbourhood {
+    /// Spacing at rest [m].
+    pub spacing: Real,
+    /// V₀ [m³].
+    pub rest_volume: Real,
+    /// Fluid neighbours of each fluid particle, itself left out.
+    pub fluid: Rows<Pair>,
+    /// Wall neighbours of each fluid particle.
+    pub wall: Rows<WallPair>,
+    /// Fluid neighbours of each active wall particle.
+    pub of_wall: Rows<FluidOfWall>,
+    /// Velocity of each active wall particle [m/s].
+    pub wall_velocity: Vec<Vec3>,
+    /// Volume of each active wall particle [m³].
+    pub wall_volume: Vec<Real>,
+    /// ψ_b − 1 where a wall particle is over-full, else 0 [1].
+    pub wall_excess: Vec<Real>,
+    /// ψ_i = Σ V W, itself and walls included [1]: 1 at rest.
+    pub compression: Vec<Real>,
+    /// m_i = (1/3) Σ V_j (−W'/r) r² [1]: 1 in the continuum; floored at free surfaces.
+    pub trace: Vec<Real>,
+    /// B_i: inverse of −Σ V_j x_ij ⊗ ∇W_ij, the identity where that is ill-conditioned.
+    pub correction: Vec<Mat3>,
+    /// How many of the static walls are awake.
+    pub awake: usize,
+}
+
+/// Where a particle stands before the solid: distance [m] to the true surface and unit normal into the open.
+pub type Standing = (Real, Vec3);
+
+impl Neighbourhood {
+    /// Builds everything; `standing(i)` is asked only for particles with walls in reach.
+    pub fn new(
+        position: &[Vec3],
+        spacing: Real,
+        kernel: &Kernel,
+        domain: &Domain,
+        walls: &Walls,
+        pistons: &Pistons,
+        standing: impl Fn(&Vec3) -> Standing + Sync,
+    ) -> Self {
+        let n = position.len();
+        let rest_volume = kernel.rest_volume(spacing);
+        let h = kernel.support_radius;
+        let cells = Cells::new(position, h, domain);
+        let piston_cells = Cells::new(&pistons.position, h, domain);
+
+        let fluid = Rows::build(n, |i, row| {
+            let x = position[i];
+            cells.near(&x, |j| {
+                if let Some((x_ij, r)) =
+                    within(h, domain.shortest(x - position[j])).filter(|_| j != i)
+                {
+                    let steepness = (rest_volume * kernel.steepness(r)) as f32;
+                    row.push(Pair {
+                        j: j as u32,
+                        gradient: scaled(&x_ij, -steepness),
+                        steepness,
+                        weight: (rest_volume * kernel.w(r)) as f32,
+                    });
+                }
+            });
+        });
+
+        // Pairs with walls: static ones first, pistons numbered after them.
+        let static_count = walls.particles.position.len();
+        let found = Rows::build(n, |i, row: &mut Vec<u32>| {
+            let x = position[i];
+            let near = |y: &Vec3| within(h, domain.shortest(x - y)).is_some();
+            walls.cells.near(&x, |b| {
+                if near(&walls.particles.position[b]) {
+                    row.push(b as u32);
+                }
+            });
+            piston_cells.near(&x, |b| {
+                if near(&pistons.position[b]) {
+                    row.push((static_count + b) as u32);
+                }
+            });
+        });
+        let mut place = vec![u32::MAX; static_count + pistons.position.len()];
+        for i in 0..n {
+            for &b in found.row(i) {
+                place[b as usize] = 0;
+            }
+        }
+        let active: Vec<usize> = (0..place.len()).filter(|&b| place[b] == 0).collect();
+        for (a, &b) in active.iter().enumerate() {
+            place[b] = a as u32;
+        }
+        let at = |b: usize| {
+            if b < static_count {
+                walls.particles.position[b]
+            } else {
+                pistons.position[b - static_count]
+            }
+        };
+        let wall_volume: Vec<Real> = active
+            .iter()
+            .map(|&b| {
+                if b < static_count {
+                    walls.particles.volume[b]
+                } else {
+                    pistons.volume
+                }
+            })
+            .collect();
+        let wall_velocity = active
+            .iter()
+            .map(|&b| {
+                if b < static_count {
+                    Vec3::zeros()
+                } else {
+                    pistons.velocity[b - static_count]
+                }
+            })
+            .collect();
+
+        let mut of_wall = Rows::build(active.len(), |a, row| {
+            let x = at(active[a]);
+            cells.near(&x, |i| {
+                if let Some((x_bi, r)) = within(h, domain.shortest(x - position[i])) {
+                    let steepness = (rest_volume * kernel.steepness(r)) as f32;
+                    row.push(FluidOfWall {
+                        i: i as u32,
+                        gradient: scaled(&x_bi, -steepness),
+                        share: (rest_volume * kernel.w(r)) as f32,
+                    });
+                }
+            });
+        });
+        let weight_of_fluid: Vec<Real> = (0..active.len())
+            .into_par_iter()
+            .map(|a| {
+                of_wall
+                    .row(a)
+                    .iter()
+                    .map(|pair| Real::from(pair.share))
+                    .sum()
+            })
+            .collect();
+        let mean_of: Vec<f32> = weight_of_fluid
+            .iter()
+            .map(|&sum| (1.0 / sum.max(1e-30)) as f32)
+            .collect();
+        of_wall.for_each_mut(|a, pair| pair.share *= mean_of[a]);
+        let wall_excess = (0..active.len())
+            .map(|a| {
+                let own = active[a];
+                let of_walls = if own < static_count {
+                    walls.own_sum[own]
+                } else {
+                    1.0
+                };
+                // A wall particle with air behind it is never full: only an excess says something.
+                (of_walls + weight_of_fluid[a] - 1.0).max(0.0)
+                    * Real::from(u8::from(own < static_count))
+            })
+            .collect();
+
+        let wall = Rows::build(n, |i, row| {
+            if found.row(i).is_empty() {
+                return;
+            }
+            let x = position[i];
+            let (distance, normal) = standing(&x);
+            let distance = distance.max(LEAST_DISTANCE * spacing);
+            for &b in found.row(i) {
+                let b = b as usize;
+                let a = place[b] as usize;
+                let x_ib = domain.shortest(x - at(b));
+                let r = x_ib.norm();
+                let steepness = (wall_volume[a] * kernel.steepness(r)) as f32;
+                let beta = if b < static_count {
+                    // The deeper of: below the surface, below the particle's own tangent plane (thin struts).
+                    let depth = walls.depth[b].max(normal.dot(&x_ib) - distance).max(0.0);
+                    (depth / distance).min(MOST_BETA)
+                } else {
+                    0.0
+                };
+                row.push(WallPair {
+                    b: a as u32,
+                    gradient: scaled(&x_ib, -steepness),
+                    steepness,
+                    share: (rest_volume * kernel.w(r)) as f32 * mean_of[a],
+                    beta: beta as f32,
+                });
+            }
+        });
+
+        let own = rest_volume * kernel.w(0.0);
+        let moments: Vec<(Real, Real, Mat3)> = (0..n)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| {
+                let (mut compression, mut moment) = (own, Mat3::zeros());
+                for pair in fluid.row(i) {
+                    compression += Real::from(pair.weight);
+                    let g = vector(pair.gradient);
+                    if pair.steepness > 0.0 {
+                        moment += g * g.transpose() / Real::from(pair.steepness);
+                    }
+                }
+                for pair in wall.row(i) {
+                    compression += Real::from(pair.share) * weight_of_fluid[pair.b as usize]
+                        / rest_volume
+                        * wall_volume[pair.b as usize];
+                    let g = vector(pair.gradient);
+                    if pair.steepness > 0.0 {
+                        moment += g * g.transpose() / Real::from(pair.steepness);
+                    }
+                }
+                let trace = (moment.trace() / 3.0).max(LEAST_TRACE);
+                // A half-filled neighbourhood has no reliable inverse: there the plain gradient stays.
+                let correction = if moment.determinant() > 0.3 {
+                    moment.try_inverse()
+                } else {
+                    None
+                };
+                (
+                    compression,
+                    trace,
+                    correction.unwrap_or_else(Mat3::identity),
+                )
+            })
+            .collect();
+        Self {
+            spacing,
+            rest_volume,
+            fluid,
+            wall,
+            of_wall,
+            wall_velocity,
+            wall_volume,
+            wall_excess,
+            compression: moments.iter().map(|m| m.0).collect(),
+            trace: moments.iter().map(|m| m.1).collect(),
+            correction: moments.iter().map(|m| m.2).collect(),
+            awake: active.iter().filter(|&&b| b < static_count).count(),
+        }
+    }
+
+    /// Number of fluid particles.
+    pub fn len(&self) -> usize {
+        self.fluid.len()
+    }
+
+    /// Whether there is no fluid.
+    pub fn is_empty(&self) -> bool {
+        self.fluid.is_empty()
+    }
+}
+
+#[inline]
+fn within(h: Real, x_ij: Vec3) -> Option<(Vec3, Real)> {
+    let squared = x_ij.norm_squared();
+    (squared < h * h).then(|| (x_ij, squared.sqrt()))
+}
+
+#[inline]
+fn scaled(x: &Vec3, factor: f32) -> [f32; 3] {
+    [
+        x.x as f32 * factor,
+        x.y as f32 * factor,
+        x.z as f32 * factor,
+    ]
+}
+
+/// A stored gradient in full precision.
+#[inline(always)]
+pub fn vector(g: [f32; 3]) -> Vec3 {
+    Vec3::new(g[0].into(), g[1].into(), g[2].into())
+}

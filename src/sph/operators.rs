@@ -1,0 +1,125 @@
+//! Derivatives of fields on particles: velocity gradient, force of a stress, viscous force, and their walls.
+
+use super::neighbourhood::{Neighbourhood, Pair, vector};
+use crate::math::{Mat3, Real, Vec3};
+use rayon::prelude::*;
+
+/// Rows that one task works on at least.
+const GRAIN: usize = 128;
+
+/// L_ab = ∂v_a/∂x_b [1/s] (Eq. 2, as a Jacobian), in difference form with the moment correction; behind a wall
+/// the velocity is carried on linearly, zero slip at the true surface.
+///
+/// Exact for a linear field, also beside a plane wall and on disordered particles.
+pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
+    (0..near.len())
+        .into_par_iter()
+        .with_min_len(GRAIN)
+        .map(|i| {
+            let v_i = velocity[i];
+            let mut sum = Mat3::zeros();
+            for pair in near.fluid.row(i) {
+                sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
+            }
+            for pair in near.wall.row(i) {
+                let slip = v_i - near.wall_velocity[pair.b as usize];
+                sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
+            }
+            sum * near.correction[i]
+        })
+        .collect()
+}
+
+/// Force V_i div τ [N] of a (not necessarily symmetric) stress [Pa]:
+/// f_i = V_i Σ_j V_j (τ_i + τ_j) ∇W_ij, at walls τ_b = τ_i; gradients divided by the local trace, which is the
+/// lattice constant of the kernel on a lattice (Eq. 14 in volume form, with the missing m_j).
+pub fn stress_force(near: &Neighbourhood, stress: &[Mat3]) -> Vec<Vec3> {
+    let volume = near.rest_volume;
+    (0..near.len())
+        .into_par_iter()
+        .with_min_len(GRAIN)
+        .map(|i| {
+            let (tau_i, m_i) = (stress[i], near.trace[i]);
+            let mut force = Vec3::zeros();
+            for pair in near.fluid.row(i) {
+                let j = pair.j as usize;
+                force +=
+                    (tau_i + stress[j]) * vector(pair.gradient) * (2.0 / (m_i + near.trace[j]));
+            }
+            for pair in near.wall.row(i) {
+                force += tau_i * vector(pair.gradient) * (2.0 / m_i);
+            }
+            force * volume
+        })
+        .collect()
+}
+
+/// c_ij of the compact Laplacian Σ_j c_ij (A_j − A_i) [1/m²]: Brookshaw's form, divided by the local trace.
+#[inline(always)]
+pub fn laplacian_weight(near: &Neighbourhood, i: usize, pair: &Pair) -> Real {
+    4.0 * Real::from(pair.steepness) / (near.trace[i] + near.trace[pair.j as usize])
+}
+
+/// What a wall does to the compact Laplacian of particle i: K_i [1/m²] and K_i u_w [1/(m s)].
+pub fn wall_friction(near: &Neighbourhood, i: usize) -> (Real, Vec3) {
+    let (mut friction, mut carried) = (0.0, Vec3::zeros());
+    for pair in near.wall.row(i) {
+        let k = 2.0 * Real::from(pair.steepness) * (1.0 + Real::from(pair.beta)) / near.trace[i];
+        friction += k;
+        carried += near.wall_velocity[pair.b as usize] * k;
+    }
+    (friction, carried)
+}
+
+/// Force V_i div(η grad v) [N] by the compact Laplacian, η_ij = (η_i + η_j)/2; the walls' part is −V_i η_i
+/// (K_i v_i − K_i u_w) and comes with `with_walls`.
+pub fn viscous_force(
+    near: &Neighbourhood,
+    viscosity: &[Real],
+    velocity: &[Vec3],
+    with_walls: bool,
+) -> Vec<Vec3> {
+    (0..near.len())
+        .into_par_iter()
+        .with_min_len(GRAIN)
+        .map(|i| {
+            let mut force = Vec3::zeros();
+            for pair in near.fluid.row(i) {
+                let j = pair.j as usize;
+                let eta = 0.5 * (viscosity[i] + viscosity[j]);
+                force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, pair));
+            }
+            if with_walls {
+                let (friction, carried) = wall_friction(near, i);
+                force -= (velocity[i] * friction - carried) * viscosity[i];
+            }
+            force * near.rest_volume
+        })
+        .collect()
+}
+
+/// Force V_i div(η grad v) [N] in the form that explicit SPH codes use, with 2(d + 2) = 10 and η_ij the harmonic
+/// mean: Σ_j V_j 10 η_ij (v_ij·x_ij)/r² ∇W_ij. Fluid only.
+pub fn monaghan_force(near: &Neighbourhood, viscosity: &[Real], velocity: &[Vec3]) -> Vec<Vec3> {
+    (0..near.len())
+        .into_par_iter()
+        .with_min_len(GRAIN)
+        .map(|i| {
+            let mut force = Vec3::zeros();
+            for pair in near.fluid.row(i) {
+                let j = pair.j as usize;
+                let sum = viscosity[i] + viscosity[j];
+                let Some(along) = vector(pair.gradient)
+                    .try_normalize(0.0)
+                    .filter(|_| sum > 0.0)
+                else {
+                    continue;
+                };
+                let eta = 2.0 * viscosity[i] * viscosity[j] / sum;
+                let closing = (velocity[i] - velocity[j]).dot(&along);
+                force -= along * (10.0 * eta * Real::from(pair.steepness) * closing);
+            }
+            force * near.rest_volume
+        })
+        .collect()
+}

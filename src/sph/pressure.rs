@@ -1,0 +1,156 @@
+//! The pressure operator P and its transpose, with walls.
+//!
+//! ```text
+//! force     (P k)_i  = V_i [ Σ_j V_j (k_i + k_j) ∇W_ij + Σ_b V_b (k_i + k_b) ∇W_ib ]     k_b = Σ_j S_bj k_j
+//! volume    (Pᵀv)_i  = V_i [ Σ_j V_j (v_i − v_j)·∇W_ij + Σ_b V_b v_i·∇W_ib ] + Σ_b S_bi V_b D_b
+//!                                                                   D_b = −Σ_j V_j v_j·∇W_bj
+//! ```
+//!
+//! The force on particle i is −(P k)_i. The pressure of a wall particle is the Shepard mean of the fluid's, and
+//! the wall's own compression is given back to the fluid through the transpose, so that Pᵀ M⁻¹ P is symmetric
+//! and positive semi-definite for any disorder and any masses.
+
+use super::neighbourhood::{Neighbourhood, vector};
+use crate::math::{Real, Vec3};
+use rayon::prelude::*;
+
+const GRAIN: usize = 128;
+
+/// What the pressure has to undo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Compression left over at the end of the step: ψ − 1 + dt Dψ/Dt.
+    Volume,
+    /// Dψ/Dt alone, where the neighbourhood is full [DFSPH].
+    Divergence,
+}
+
+/// P and Pᵀ for one set of positions.
+pub struct PressureOperator<'a> {
+    /// The positions' pairs.
+    pub near: &'a Neighbourhood,
+}
+
+impl PressureOperator<'_> {
+    /// P k [N].
+    pub fn force(&self, pressure: &[Real]) -> Vec<Vec3> {
+        let near = self.near;
+        let of_walls: Vec<Real> = (0..near.of_wall.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|b| {
+                near.of_wall
+                    .row(b)
+                    .iter()
+                    .map(|p| Real::from(p.share) * pressure[p.i as usize])
+                    .sum()
+            })
+            .collect();
+        (0..near.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let mut force = Vec3::zeros();
+                for pair in near.fluid.row(i) {
+                    force += vector(pair.gradient) * (pressure[i] + pressure[pair.j as usize]);
+                }
+                for pair in near.wall.row(i) {
+                    force += vector(pair.gradient) * (pressure[i] + of_walls[pair.b as usize]);
+                }
+                force * near.rest_volume
+            })
+            .collect()
+    }
+
+    /// Pᵀ v [m³/s], walls at rest.
+    pub fn volume_rate(&self, velocity: &[Vec3]) -> Vec<Real> {
+        self.rate(velocity, false)
+    }
+
+    /// Pᵀ v [m³/s] with the walls' own velocities.
+    pub fn volume_rate_with_walls(&self, velocity: &[Vec3]) -> Vec<Real> {
+        self.rate(velocity, true)
+    }
+
+    fn rate(&self, velocity: &[Vec3], moving: bool) -> Vec<Real> {
+        let near = self.near;
+        let wall_velocity = |b: u32| {
+            if moving {
+                near.wall_velocity[b as usize]
+            } else {
+                Vec3::zeros()
+            }
+        };
+        let of_walls: Vec<Real> = (0..near.of_wall.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|b| {
+                let u_b = wall_velocity(b as u32);
+                let closing = near.of_wall.row(b).iter();
+                let sum: Real = closing
+                    .map(|p| (u_b - velocity[p.i as usize]).dot(&vector(p.gradient)))
+                    .sum();
+                sum * near.wall_volume[b]
+            })
+            .collect();
+        (0..near.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let (mut rate, mut given_back) = (0.0, 0.0);
+                for pair in near.fluid.row(i) {
+                    rate += (velocity[i] - velocity[pair.j as usize]).dot(&vector(pair.gradient));
+                }
+                for pair in near.wall.row(i) {
+                    rate += (velocity[i] - wall_velocity(pair.b)).dot(&vector(pair.gradient));
+                    given_back += Real::from(pair.share) * of_walls[pair.b as usize];
+                }
+                rate * near.rest_volume + given_back
+            })
+            .collect()
+    }
+
+    /// V_i (ψ_i − 1) + Σ_b S_bi V_b (ψ_b − 1)⁺ [m³]: volume by which the particles are too dense.
+    pub fn excess_volume(&self) -> Vec<Real> {
+        let near = self.near;
+        (0..near.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let of_walls: Real = near
+                    .wall
+                    .row(i)
+                    .iter()
+                    .map(|p| {
+                        Real::from(p.share)
+                            * near.wall_volume[p.b as usize]
+                            * near.wall_excess[p.b as usize]
+                    })
+                    .sum();
+                near.rest_volume * (near.compression[i] - 1.0) + of_walls
+            })
+            .collect()
+    }
+
+    /// Diagonal of Pᵀ M⁻¹ P [m⁶/(m² kg)], pairs that meet only through a wall left out.
+    pub fn diagonal(&self, mass: &[Real]) -> Vec<Real> {
+        let near = self.near;
+        let v = near.rest_volume;
+        (0..near.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let (mut own, mut others) = (Vec3::zeros(), 0.0);
+                for pair in near.fluid.row(i) {
+                    let g = vector(pair.gradient);
+                    own += g;
+                    others += g.norm_squared() / mass[pair.j as usize];
+                }
+                for pair in near.wall.row(i) {
+                    own += vector(pair.gradient) * (1.0 + Real::from(pair.share));
+                }
+                v * v * (own.norm_squared() / mass[i] + others)
+            })
+            .collect()
+    }
+}
