@@ -9,9 +9,7 @@ use crate::fluid::{
 };
 use crate::math::{Mat3, Real, Sym3, Vec3, ordered_max, ordered_sum};
 use crate::solid::Solid;
-use crate::sph::operators::{
-    monaghan_force, stress_force, velocity_gradient, viscous_force, wall_friction,
-};
+use crate::sph::operators::{Mean, stress_force, velocity_gradient, viscous_force, wall_friction};
 use crate::sph::{
     ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, Domain, Kernel, Neighbourhood, Pistons,
     PressureOperator, Source, Walls, solve_pressure,
@@ -41,7 +39,7 @@ pub struct StepReport {
     pub converged: bool,
     /// Volume strain left over in the step [1].
     pub strain: Real,
-    /// Inflow left unbalanced, of the inflow [1] (of a millionth of the fluid where nothing flows in).
+    /// Inflow left unbalanced, of the inflow [1] (of a ten-thousandth of the fluid where nothing flows in).
     pub balance: Real,
     /// Pairs of fluid particles.
     pub pairs: usize,
@@ -174,23 +172,25 @@ impl Stepper<'_> {
 
     /// Reference speed of the tolerances [m/s].
     fn reference_speed(&self) -> Real {
+        self.fastest().max(0.01 * self.settings.spacing / self.dt)
+    }
+
+    /// Fastest particle or piston [m/s].
+    fn fastest(&self) -> Real {
         let velocity = &self.mix.velocity;
-        let fastest = ordered_max(velocity.len(), |i| velocity[i].norm());
         let pistons = self
             .inlets
             .iter()
             .map(InletState::speed)
             .fold(0.0, Real::max);
-        fastest
-            .max(pistons)
-            .max(0.01 * self.settings.spacing / self.dt)
+        ordered_max(velocity.len(), |i| velocity[i].norm()).max(pistons)
     }
 
     /// Volume rate against which inflow balance is measured [m³/s].
     fn reference_inflow(&self) -> Real {
         let running = self.inlets.iter().filter(|inlet| inlet.speed() > 0.0);
         let inflow: Real = running.map(|inlet| inlet.settings.flow_rate).sum();
-        inflow.max(1e-6 * self.near.rest_volume * self.fluid.len() as Real / self.dt)
+        inflow.max(1e-4 * self.near.rest_volume * self.fluid.len() as Real / self.dt)
     }
 
     fn note(&mut self, iterations: usize, converged: bool, strain_rate: Real, balance: Real) {
@@ -198,6 +198,24 @@ impl Stepper<'_> {
         self.report.converged &= converged;
         self.report.strain = self.report.strain.max(strain_rate * self.dt);
         self.report.balance = self.report.balance.max(balance / self.reference_inflow());
+    }
+
+    /// Whether the fluid has neither a free surface nor a way in or out.
+    fn is_closed(&self) -> bool {
+        self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > FULL)
+    }
+
+    /// Volume that pressure has to push away [m³]; a closed body can only even it out.
+    fn excess_volume(&self, operator: &PressureOperator) -> Vec<Real> {
+        let mut excess = operator.excess_volume();
+        if self.is_closed() {
+            let n = excess.len();
+            let mean = (ordered_sum(n, |i| excess[i]) / n.max(1) as Real).max(0.0);
+            for e in &mut excess {
+                *e -= mean;
+            }
+        }
+        excess
     }
 
     /// One pressure solve apart from viscosity, handed to the phases by (Eq. 6).
@@ -208,7 +226,7 @@ impl Stepper<'_> {
         let rate = operator.volume_rate_with_walls(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
-                let excess = operator.excess_volume();
+                let excess = self.excess_volume(&operator);
                 (
                     0,
                     (0..n).map(|i| excess[i] / dt + rate[i]).collect::<Vec<_>>(),
@@ -303,7 +321,13 @@ impl Stepper<'_> {
     /// the step.
     pub fn apply_viscosity(&mut self) {
         let viscosity = self.mixture_viscosity();
-        let force = monaghan_force(&self.near, &viscosity, &self.mix.velocity);
+        let force = viscous_force(
+            &self.near,
+            &viscosity,
+            Mean::Harmonic,
+            &self.mix.velocity,
+            false,
+        );
         self.push(&force, &viscosity);
     }
 
@@ -348,7 +372,13 @@ impl Stepper<'_> {
             .iter()
             .map(|s| s + cement.liquid.viscosity)
             .collect();
-        let viscous = viscous_force(&self.near, &viscosity, &self.mix.velocity, false);
+        let viscous = viscous_force(
+            &self.near,
+            &viscosity,
+            Mean::Arithmetic,
+            &self.mix.velocity,
+            false,
+        );
         let force: Vec<Vec3> = elastic.iter().zip(&viscous).map(|(a, b)| a + b).collect();
         self.push(&force, &viscosity);
     }
@@ -371,7 +401,7 @@ impl Stepper<'_> {
     pub fn solve_newtonian(&mut self) {
         let viscosity = self.mixture_viscosity();
         let force = vec![Vec3::zeros(); self.fluid.len()];
-        self.solve_coupled(&viscosity, force);
+        self.solve_coupled(&viscosity, Mean::Harmonic, force);
     }
 
     /// Gravity, solvent viscosity, polymer stress (Eqs 12–16) and pressure in one solve.
@@ -411,22 +441,32 @@ impl Stepper<'_> {
         let tau: Vec<Mat3> = terms.iter().map(|t| t.0).collect();
         let increment: Vec<Real> = terms.iter().map(|t| t.2).collect();
         let elastic = stress_force(&self.near, &tau);
-        let lagged = viscous_force(&self.near, &increment, &self.mix.velocity, true);
+        let lagged = viscous_force(
+            &self.near,
+            &increment,
+            Mean::Arithmetic,
+            &self.mix.velocity,
+            true,
+        );
         let force = elastic.iter().zip(&lagged).map(|(e, l)| e - l).collect();
         let viscosity: Vec<Real> = terms
             .iter()
             .map(|t| t.1 + cement.liquid.viscosity)
             .collect();
-        self.solve_coupled(&viscosity, force);
+        self.solve_coupled(&viscosity, Mean::Arithmetic, force);
         self.refresh_gradient();
         self.advance_conformation();
     }
 
-    fn solve_coupled(&mut self, viscosity: &[Real], mut force: Vec<Vec3>) {
+    fn solve_coupled(&mut self, viscosity: &[Real], mean: Mean, mut force: Vec<Vec3>) {
         let n = self.fluid.len();
         let dt = self.dt;
         let operator = PressureOperator { near: &self.near };
-        let excess: Vec<Real> = operator.excess_volume().iter().map(|e| e / dt).collect();
+        let excess: Vec<Real> = self
+            .excess_volume(&operator, closed)
+            .iter()
+            .map(|e| e / dt)
+            .collect();
         let start: Vec<Vec3> = self
             .mix
             .velocity
@@ -440,7 +480,7 @@ impl Stepper<'_> {
         let goal = CoupledGoal {
             strain_rate: COUPLED_TOLERANCE * u_ref / self.settings.spacing,
             balance: BALANCE * self.reference_inflow(),
-            velocity: COUPLED_TOLERANCE * u_ref,
+            velocity: COUPLED_TOLERANCE * self.fastest().max(self.settings.gravity.norm() * dt),
         };
         let mut velocity = self.mix.velocity.clone();
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
@@ -449,6 +489,7 @@ impl Stepper<'_> {
             position: &self.fluid.position,
             mass: &self.mix.mass,
             viscosity,
+            mean,
             dt,
             force: &force,
             excess: &excess,

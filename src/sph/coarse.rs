@@ -45,6 +45,13 @@ impl Coarse {
                 members[c as usize].push(i as u32);
             }
         }
+        if count == 0 {
+            return Self {
+                cell,
+                members,
+                factor: Vec::new(),
+            };
+        }
         // Each particle touches a handful of cells: gather its few (cell, g) and add the products in order.
         let touched: Vec<Vec<(u32, Vec3)>> = (0..near.len())
             .into_par_iter()

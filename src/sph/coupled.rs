@@ -13,7 +13,7 @@
 use super::coarse::Coarse;
 use super::minres::{self, Packed, Preconditioner};
 use super::neighbourhood::{Neighbourhood, vector};
-use super::operators::{laplacian_weight, wall_friction};
+use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
 use super::rows::Rows;
 use crate::math::{BLOCK, Real, Vec3, ordered_sum};
@@ -35,8 +35,10 @@ pub struct CoupledProblem<'a> {
     pub position: &'a [Vec3],
     /// Effective masses [kg].
     pub mass: &'a [Real],
-    /// Viscosity of K on each particle [Pa·s]; pairs use the mean.
+    /// Viscosity of K on each particle [Pa·s].
     pub viscosity: &'a [Real],
+    /// How pairs of different viscosity resist.
+    pub mean: Mean,
     /// Time step [s].
     pub dt: Real,
     /// b without the walls' part: M/dt v* plus explicit forces [N].
@@ -52,9 +54,13 @@ pub struct CoupledGoal {
     pub strain_rate: Real,
     /// |Σ s| over the particles under pressure [m³/s].
     pub balance: Real,
-    /// Root mean square velocity residual r_v/H_ii [m/s].
+    /// Root mean square velocity residual r_v/H_ii [m/s]; where the step's change is smaller than that, a fiftieth
+    /// of the residual that the guess leaves.
     pub velocity: Real,
 }
+
+/// Share of the guess's velocity residual that may be left.
+const REDUCTION: Real = 0.02;
 
 /// What became of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,7 +117,9 @@ impl<'a> CoupledSolver<'a> {
         let volume = near.rest_volume;
         let pairs = Rows::build(n, |i, row| {
             for pair in near.fluid.row(i) {
-                let eta = 0.5 * (problem.viscosity[i] + problem.viscosity[pair.j as usize]);
+                let eta = problem
+                    .mean
+                    .of(problem.viscosity[i], problem.viscosity[pair.j as usize]);
                 row.push(SaddlePair {
                     j: pair.j,
                     gradient: pair.gradient,
@@ -224,6 +232,8 @@ impl<'a> CoupledSolver<'a> {
             outcome.converged = true;
             return outcome;
         }
+        let closed = self.problem.closed;
+        let least = if closed { Real::NEG_INFINITY } else { 0.0 };
         let cold = pressure.iter().all(|&p| p == 0.0);
         let mut x: Vec<Packed> = (0..n)
             .map(|i| {
@@ -238,9 +248,14 @@ impl<'a> CoupledSolver<'a> {
         // The first guess decides the cost: a set that starts too small grows ring by ring.
         self.active = vec![false; n];
         let s = self.constraint(&x);
+        let guess = self.momentum_residual(&x);
+        let velocity_goal = goal
+            .velocity
+            .min((REDUCTION * guess).max(1e-2 * goal.velocity));
         let mut active: Vec<bool> = (0..n)
             .map(|i| {
-                x[i][3] > 0.0
+                closed
+                    || x[i][3] > 0.0
                     || if cold {
                         full(i) || s[i] > 0.0
                     } else {
@@ -274,7 +289,7 @@ impl<'a> CoupledSolver<'a> {
                 let (strain, speed) = norms(r);
                 let (strain_goal, speed_goal) = *target.get_or_insert((
                     (LOOSE * strain).max(0.7 * goal.strain_rate),
-                    (LOOSE * speed).max(0.7 * goal.velocity),
+                    (LOOSE * speed).max(0.7 * velocity_goal),
                 ));
                 strain <= strain_goal && speed <= speed_goal
             });
@@ -284,14 +299,16 @@ impl<'a> CoupledSolver<'a> {
                 value[3] = value[3].max(0.0);
             }
             let s = self.constraint(&x);
-            let left = |i: usize| if x[i][3] > 0.0 { s[i] } else { s[i].max(0.0) };
+            let left = |i: usize| {
+                if x[i][3] > 0.0 { s[i] } else { s[i].max(0.0) }
+            };
             outcome.strain_rate =
                 (ordered_sum(n, |i| left(i) * left(i)) / n as Real).sqrt() / volume;
             outcome.balance = ordered_sum(n, left).abs();
             outcome.velocity = self.momentum_residual(&x);
             outcome.converged = outcome.strain_rate <= goal.strain_rate
                 && outcome.balance <= goal.balance
-                && outcome.velocity <= goal.velocity;
+                && outcome.velocity <= velocity_goal;
             if outcome.converged || outcome.outers >= MOST_OUTERS {
                 break;
             }

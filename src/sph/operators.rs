@@ -71,11 +71,33 @@ pub fn wall_friction(near: &Neighbourhood, i: usize) -> (Real, Vec3) {
     (friction, carried)
 }
 
-/// Force V_i div(η grad v) [N] by the compact Laplacian, η_ij = (η_i + η_j)/2; the walls' part is −V_i η_i
-/// (K_i v_i − K_i u_w) and comes with `with_walls`.
+/// How a pair of different viscosities resists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mean {
+    /// (η_i + η_j)/2: matches the stress, which is averaged so.
+    Arithmetic,
+    /// 2 η_i η_j/(η_i + η_j): exact for layers of two Newtonian fluids.
+    Harmonic,
+}
+
+impl Mean {
+    /// The mean of two viscosities [Pa·s].
+    #[inline(always)]
+    pub fn of(self, a: Real, b: Real) -> Real {
+        match self {
+            Self::Arithmetic => 0.5 * (a + b),
+            Self::Harmonic if a + b > 0.0 => 2.0 * a * b / (a + b),
+            Self::Harmonic => 0.0,
+        }
+    }
+}
+
+/// Force V_i div(η grad v) [N] by the compact Laplacian; the walls' part is −V_i η_i (K_i v_i − K_i u_w) and comes
+/// with `with_walls`.
 pub fn viscous_force(
     near: &Neighbourhood,
     viscosity: &[Real],
+    mean: Mean,
     velocity: &[Vec3],
     with_walls: bool,
 ) -> Vec<Vec3> {
@@ -86,38 +108,12 @@ pub fn viscous_force(
             let mut force = Vec3::zeros();
             for pair in near.fluid.row(i) {
                 let j = pair.j as usize;
-                let eta = 0.5 * (viscosity[i] + viscosity[j]);
+                let eta = mean.of(viscosity[i], viscosity[j]);
                 force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, pair));
             }
             if with_walls {
                 let (friction, carried) = wall_friction(near, i);
                 force -= (velocity[i] * friction - carried) * viscosity[i];
-            }
-            force * near.rest_volume
-        })
-        .collect()
-}
-
-/// Force V_i div(η grad v) [N] in the form that explicit SPH codes use, with 2(d + 2) = 10 and η_ij the harmonic
-/// mean: Σ_j V_j 10 η_ij (v_ij·x_ij)/r² ∇W_ij. Fluid only.
-pub fn monaghan_force(near: &Neighbourhood, viscosity: &[Real], velocity: &[Vec3]) -> Vec<Vec3> {
-    (0..near.len())
-        .into_par_iter()
-        .with_min_len(GRAIN)
-        .map(|i| {
-            let mut force = Vec3::zeros();
-            for pair in near.fluid.row(i) {
-                let j = pair.j as usize;
-                let sum = viscosity[i] + viscosity[j];
-                let Some(along) = vector(pair.gradient)
-                    .try_normalize(0.0)
-                    .filter(|_| sum > 0.0)
-                else {
-                    continue;
-                };
-                let eta = 2.0 * viscosity[i] * viscosity[j] / sum;
-                let closing = (velocity[i] - velocity[j]).dot(&along);
-                force -= along * (10.0 * eta * Real::from(pair.steepness) * closing);
             }
             force * near.rest_volume
         })

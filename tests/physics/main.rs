@@ -1,0 +1,6 @@
+//! Physics with a closed answer.
+
+mod channels;
+mod column;
+mod scenes;
+mod waves;
