@@ -1,0 +1,207 @@
+//! Scattered points found again brick by brick, and kernel sums over them.
+//!
+//! ```text
+//! w(q) = (1 − q)₊³ − 4 (½ − q)₊³,   q = |x − x_j| / reach
+//! ```
+//!
+//! is the cubic spline up to a constant factor, without a branch. Lengths are in voxels and local to a brick, so
+//! that single precision is enough wherever the brick lies. A brick takes its points in a fixed order: sums have the
+//! same bits on any number of threads.
+
+use super::brick::BRICK;
+use rayon::prelude::*;
+
+/// Lattice coordinates beyond this are left out, so that brick arithmetic cannot overflow.
+const FARTHEST: f64 = (1 << 28) as f64;
+
+/// Points sorted by the brick that they lie in.
+#[derive(Clone, Debug, Default)]
+pub struct PointBricks {
+    /// Radius of the kernel [voxels].
+    pub reach: f64,
+    /// Index that each sorted point had in the input. Points that are not finite, or further than 2²⁸ voxels
+    /// from the origin, are left out.
+    pub order: Vec<u32>,
+    /// Sorted positions [voxels].
+    position: Vec<[f64; 3]>,
+    /// Keys (first node / 8) of the bricks that hold points, ascending.
+    bricks: Vec<[i32; 3]>,
+    /// Points of brick b: `start[b]..start[b + 1]`.
+    start: Vec<usize>,
+}
+
+impl PointBricks {
+    /// Sorts `points` [m] into the bricks of a lattice with a node at the origin and `voxel` [m] between nodes;
+    /// the kernel vanishes at `radius` [m].
+    pub fn new(points: &[[f32; 3]], voxel: f64, radius: f64) -> Self {
+        let scaled = |i: usize| points[i].map(|c| f64::from(c) / voxel);
+        let mut keyed: Vec<([i32; 3], u32)> = (0..points.len())
+            .into_par_iter()
+            .filter(|&i| scaled(i).iter().all(|c| c.abs() < FARTHEST))
+            .map(|i| (scaled(i).map(|c| c.floor() as i32 >> 3), i as u32))
+            .collect();
+        keyed.par_sort_unstable();
+        let mut bricks = Vec::new();
+        let mut start = vec![0];
+        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
+            bricks.push(run[0].0);
+            start.push(start[start.len() - 1] + run.len());
+        }
+        Self {
+            reach: radius / voxel,
+            position: keyed.iter().map(|&(_, i)| scaled(i as usize)).collect(),
+            order: keyed.into_iter().map(|(_, i)| i).collect(),
+            bricks,
+            start,
+        }
+    }
+
+    /// Keys of the bricks that matter, ascending: every node in reach of a point lies in one of them, and so does
+    /// the node before it on each axis.
+    pub fn touched(&self) -> Vec<[i32; 3]> {
+        let mut keys: Vec<[i32; 3]> = (0..self.bricks.len())
+            .into_par_iter()
+            .flat_map_iter(|b| {
+                let points = &self.position[self.start[b]..self.start[b + 1]];
+                let end = |axis: usize, fold: fn(f64, f64) -> f64| {
+                    points.iter().map(|p| p[axis]).reduce(fold).unwrap_or(0.0)
+                };
+                let low: [i32; 3] = std::array::from_fn(|a| {
+                    ((end(a, f64::min) - self.reach).floor() as i32 - 1) >> 3
+                });
+                let high: [i32; 3] = std::array::from_fn(|a| {
+                    (end(a, f64::max) + self.reach).ceil() as i32 >> 3
+                });
+                (low[0]..=high[0]).flat_map(move |x| {
+                    (low[1]..=high[1])
+                        .flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z]))
+                })
+            })
+            .collect();
+        keys.par_sort_unstable();
+        keys.dedup();
+        keys
+    }
+
+    /// The points within reach of the cells of a brick, in ascending order.
+    pub fn near(&self, key: [i32; 3]) -> NearPoints {
+        let mut near = NearPoints {
+            reach: self.reach as f32,
+            ..NearPoints::default()
+        };
+        let width = f64::from(BRICK);
+        let around = (self.reach / width).ceil() as i32;
+        let first = key.map(|k| f64::from(k) * width);
+        for x in key[0] - around..=key[0] + around {
+            for y in key[1] - around..=key[1] + around {
+                let place = |z: i32| self.bricks.partition_point(|b| *b < [x, y, z]);
+                let (a, b) = (place(key[2] - around), place(key[2] + around + 1));
+                for point in self.start[a]..self.start[b] {
+                    let p: [f64; 3] = std::array::from_fn(|i| self.position[point][i] - first[i]);
+                    let outside = p.map(|c| c - c.clamp(0.0, width));
+                    if outside.iter().map(|c| c * c).sum::<f64>() < self.reach * self.reach {
+                        for axis in 0..3 {
+                            near.position[axis].push(p[axis] as f32);
+                        }
+                        near.index.push(point as u32);
+                    }
+                }
+            }
+        }
+        near
+    }
+
+    /// Σ_k w of each sorted point, itself included: how many neighbours it counts for.
+    pub fn crowding(&self) -> Vec<f32> {
+        (0..self.bricks.len())
+            .into_par_iter()
+            .flat_map_iter(|b| {
+                let near = self.near(self.bricks[b]);
+                let first = self.bricks[b].map(|k| f64::from(k * BRICK));
+                self.position[self.start[b]..self.start[b + 1]]
+                    .iter()
+                    .map(|p| {
+                        let mut sum = 0.0;
+                        let at = std::array::from_fn(|i| (p[i] - first[i]) as f32);
+                        near.visit(at, |_, _, q| sum += kernel(q));
+                        sum
+                    })
+                    .collect::<Vec<f32>>()
+            })
+            .collect()
+    }
+}
+
+/// The points around one brick; coordinates count voxels from its first node.
+#[derive(Clone, Debug, Default)]
+pub struct NearPoints {
+    reach: f32,
+    position: [Vec<f32>; 3],
+    /// Place of each point among the sorted points.
+    index: Vec<u32>,
+}
+
+impl NearPoints {
+    /// Σ_j weight_j w at the 8³ nodes of the brick, z running fastest, for several weights at once.
+    pub fn node_sums<const N: usize>(
+        &self,
+        weight: impl Fn(usize) -> [f32; N],
+    ) -> Box<[[f32; 512]; N]> {
+        let mut sums = Box::new([[0.0_f32; 512]; N]);
+        let per_reach = 1.0 / self.reach;
+        let square = self.reach * self.reach;
+        for (j, &index) in self.index.iter().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis][j]);
+            let weight = weight(index as usize);
+            let dz2: [f32; 8] = std::array::from_fn(|k| (k as f32 - z) * (k as f32 - z));
+            for nx in 0..8 {
+                let dx2 = (nx as f32 - x) * (nx as f32 - x);
+                for ny in 0..8 {
+                    let dxy2 = dx2 + (ny as f32 - y) * (ny as f32 - y);
+                    if dxy2 >= square {
+                        continue;
+                    }
+                    let w: [f32; 8] =
+                        std::array::from_fn(|k| kernel((dxy2 + dz2[k]).sqrt() * per_reach));
+                    let row = nx * 64 + ny * 8;
+                    for channel in 0..N {
+                        let sum = &mut sums[channel][row..row + 8];
+                        for k in 0..8 {
+                            sum[k] += weight[channel] * w[k];
+                        }
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    /// Calls `each` with the place, the offset x − x_j [voxels] and q of every point in reach of `at`.
+    pub fn visit(&self, at: [f32; 3], mut each: impl FnMut(usize, [f32; 3], f32)) {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis].as_slice());
+        let square = self.reach * self.reach;
+        for j in 0..self.index.len() {
+            let offset = [at[0] - x[j], at[1] - y[j], at[2] - z[j]];
+            let r2 = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+            if r2 < square {
+                each(self.index[j] as usize, offset, r2.sqrt() / self.reach);
+            }
+        }
+    }
+}
+
+/// w(q); ½ at q = 0.
+#[inline]
+pub fn kernel(q: f32) -> f32 {
+    let a = (1.0 - q).max(0.0);
+    let b = (0.5 - q).max(0.0);
+    a * a * a - 4.0 * b * b * b
+}
+
+/// dw/dq.
+#[inline]
+pub fn kernel_slope(q: f32) -> f32 {
+    let a = (1.0 - q).max(0.0);
+    let b = (0.5 - q).max(0.0);
+    12.0 * b * b - 3.0 * a * a
+}
