@@ -69,12 +69,10 @@ impl PointBricks {
                 let low: [i32; 3] = std::array::from_fn(|a| {
                     ((end(a, f64::min) - self.reach).floor() as i32 - 1) >> 3
                 });
-                let high: [i32; 3] = std::array::from_fn(|a| {
-                    (end(a, f64::max) + self.reach).ceil() as i32 >> 3
-                });
+                let high: [i32; 3] =
+                    std::array::from_fn(|a| (end(a, f64::max) + self.reach).ceil() as i32 >> 3);
                 (low[0]..=high[0]).flat_map(move |x| {
-                    (low[1]..=high[1])
-                        .flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z]))
+                    (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z]))
                 })
             })
             .collect();
@@ -146,14 +144,16 @@ impl NearPoints {
     pub fn node_sums<const N: usize>(
         &self,
         weight: impl Fn(usize) -> [f32; N],
-    ) -> Box<[[f32; 512]; N]> {
-        let mut sums = Box::new([[0.0_f32; 512]; N]);
+    ) -> [Box<[f32; 512]>; N] {
+        let mut sums = [[[0.0_f32; 8]; 64]; N];
         let per_reach = 1.0 / self.reach;
         let square = self.reach * self.reach;
         for (j, &index) in self.index.iter().enumerate() {
             let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis][j]);
             let weight = weight(index as usize);
             let dz2: [f32; 8] = std::array::from_fn(|k| (k as f32 - z) * (k as f32 - z));
+            let to_row = z - z.clamp(0.0, 7.0);
+            let square = square - to_row * to_row;
             for nx in 0..8 {
                 let dx2 = (nx as f32 - x) * (nx as f32 - x);
                 for ny in 0..8 {
@@ -163,17 +163,16 @@ impl NearPoints {
                     }
                     let w: [f32; 8] =
                         std::array::from_fn(|k| kernel((dxy2 + dz2[k]).sqrt() * per_reach));
-                    let row = nx * 64 + ny * 8;
                     for channel in 0..N {
-                        let sum = &mut sums[channel][row..row + 8];
+                        let row = &mut sums[channel][nx * 8 + ny];
                         for k in 0..8 {
-                            sum[k] += weight[channel] * w[k];
+                            row[k] += weight[channel] * w[k];
                         }
                     }
                 }
             }
         }
-        sums
+        sums.map(|rows| Box::new(std::array::from_fn(|node| rows[node / 8][node % 8])))
     }
 
     /// Calls `each` with the place, the offset x − x_j [voxels] and q of every point in reach of `at`.
@@ -190,18 +189,22 @@ impl NearPoints {
     }
 }
 
+/// x₊; unlike `f32::max` it need not care for NaN, and is one instruction.
+#[inline]
+fn positive(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
 /// w(q); ½ at q = 0.
 #[inline]
 pub fn kernel(q: f32) -> f32 {
-    let a = (1.0 - q).max(0.0);
-    let b = (0.5 - q).max(0.0);
+    let (a, b) = (positive(1.0 - q), positive(0.5 - q));
     a * a * a - 4.0 * b * b * b
 }
 
 /// dw/dq.
 #[inline]
 pub fn kernel_slope(q: f32) -> f32 {
-    let a = (1.0 - q).max(0.0);
-    let b = (0.5 - q).max(0.0);
+    let (a, b) = (positive(1.0 - q), positive(0.5 - q));
     12.0 * b * b - 3.0 * a * a
 }

@@ -75,7 +75,9 @@ fn loops(inside: usize) -> Vec<Vec<u8>> {
             let is_inside = |k: usize| inside >> face[k % 4] & 1 == 1;
             for k in 0..4 {
                 if !is_inside(k) && is_inside(k + 1) {
-                    let last = (k + 1..k + 4).find(|&l| !is_inside(l + 1)).expect("corner k is outside");
+                    let last = (k + 1..k + 4)
+                        .find(|&l| !is_inside(l + 1))
+                        .expect("corner k is outside");
                     let entered = edge_between(face[k], face[(k + 1) % 4]);
                     let left = edge_between(face[last % 4], face[(last + 1) % 4]);
                     next[entered as usize] = Some(left);

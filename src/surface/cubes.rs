@@ -76,7 +76,9 @@ impl Cubes<'_> {
     pub fn triangles(&self, cuts: &[Vec<Cut>]) -> Vec<[u32; 3]> {
         let first: Vec<usize> = cuts
             .iter()
-            .scan(0, |sum, cuts| Some(std::mem::replace(sum, *sum + cuts.len())))
+            .scan(0, |sum, cuts| {
+                Some(std::mem::replace(sum, *sum + cuts.len()))
+            })
             .collect();
         let per_brick: Vec<Vec<[u32; 3]>> = (0..self.keys.len())
             .into_par_iter()
