@@ -208,3 +208,75 @@ pub fn kernel_slope(q: f32) -> f32 {
     let (a, b) = (positive(1.0 - q), positive(0.5 - q));
     12.0 * b * b - 3.0 * a * a
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stream;
+
+    #[test]
+    fn the_kernel_is_the_cubic_spline() {
+        let steps = 4000;
+        let mut volume = 0.0;
+        for i in 0..steps {
+            let q = (i as f32 + 0.5) / steps as f32;
+            volume += 4.0 * std::f64::consts::PI * f64::from(kernel(q) * q * q) / f64::from(steps);
+            // 6 (q³ − q²) + 1 up to ½, 2 (1 − q)³ beyond, here halved.
+            let spline = if q < 0.5 {
+                3.0 * (q * q * q - q * q) + 0.5
+            } else {
+                (1.0 - q).powi(3)
+            };
+            assert!((kernel(q) - spline).abs() < 1e-6);
+            let slope = (kernel(q + 1e-3) - kernel(q - 1e-3)) / 2e-3;
+            assert!((kernel_slope(q) - slope).abs() < 1e-3);
+        }
+        // 8/π [1/support³] normalises the spline; ours is half of it.
+        assert!((volume - std::f64::consts::PI / 16.0).abs() < 1e-5);
+        assert_eq!(kernel(1.2), 0.0);
+    }
+
+    #[test]
+    fn node_sums_and_crowding_agree_with_brute_force() {
+        for (voxel, radius) in [(0.25, 1.0), (0.1, 1.7), (1.0, 0.9)] {
+            let mut random = Stream::new(6, "points");
+            let points: Vec<[f32; 3]> = (0..150)
+                .map(|_| (random.cube() * 3.0).map(|x| x as f32).into())
+                .collect();
+            let sum_at = |x: [f64; 3], weight: &dyn Fn(usize) -> f64| -> f64 {
+                let distance = |p: &[f32; 3]| {
+                    let square = |a: usize| (x[a] - f64::from(p[a])).powi(2);
+                    (square(0) + square(1) + square(2)).sqrt()
+                };
+                let w = |i: usize| f64::from(kernel((distance(&points[i]) / radius) as f32));
+                (0..points.len()).map(|i| weight(i) * w(i)).sum()
+            };
+            let bricks = PointBricks::new(&points, voxel, radius);
+            for (&i, crowding) in bricks.order.iter().zip(bricks.crowding()) {
+                let expected = sum_at(points[i as usize].map(f64::from), &|_| 1.0);
+                assert!((f64::from(crowding) - expected).abs() < 1e-4);
+            }
+            let keys = bricks.touched();
+            let mut total = 0.0;
+            for key in &keys {
+                let near = bricks.near(*key);
+                let sums = near.node_sums(|j| [1.0, bricks.order[j] as f32]);
+                total += sums[0].iter().map(|s| f64::from(*s)).sum::<f64>();
+                for node in [0, 77, 511_i32] {
+                    let inner = [node >> 6, node >> 3 & 7, node & 7];
+                    let x = std::array::from_fn(|a| f64::from(key[a] * 8 + inner[a]) * voxel);
+                    for (channel, weight) in [(0, 1.0), (1, 0.0)] {
+                        let expected = sum_at(x, &|i| weight + (1.0 - weight) * i as f64);
+                        let found = f64::from(sums[channel][node as usize]);
+                        assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+                    }
+                }
+            }
+            if radius > 3.0 * voxel {
+                // No node in reach is missed: the sum over all nodes is the kernel's integral.
+                let expected = std::f64::consts::PI / 16.0 * (radius / voxel).powi(3) * 150.0;
+                assert!((total / expected - 1.0).abs() < 2e-3, "{total} {expected}");
+            }
+        }
+    }
+}

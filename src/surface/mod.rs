@@ -73,6 +73,14 @@ pub struct Surface {
     pub velocity: Vec<[f32; 3]>,
 }
 
+impl Surface {
+    /// Length of the velocity at each vertex [m/s].
+    pub fn speed(&self) -> Vec<f32> {
+        let length = |[u, v, w]: &[f32; 3]| (u * u + v * v + w * w).sqrt();
+        self.velocity.iter().map(length).collect()
+    }
+}
+
 /// The surface of the cement in `frame`, the same bits on any number of threads.
 pub fn reconstruct(frame: &Frame, settings: &SurfaceSettings) -> Surface {
     if frame.position.is_empty() {

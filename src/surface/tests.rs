@@ -110,11 +110,13 @@ fn random_clouds_give_closed_manifold_oriented_surfaces() {
         };
         let surface = reconstruct(&frame_of(&points), &settings);
         assert_closed_manifold_oriented(&surface.mesh);
+        let speed = surface.speed();
         for i in 0..surface.mesh.positions.len() {
             assert!((surface.normal[i].norm() - 1.0).abs() < 1e-12);
             assert!((0.4..0.6).contains(&surface.polymer_fraction[i]));
             let error = Vec3::from(surface.velocity[i].map(f64::from)) - Vec3::new(1.0, -2.0, 3.0);
             assert!(error.norm() < 1e-5);
+            assert!((speed[i] - 14.0_f32.sqrt()).abs() < 1e-5);
         }
         let euler = surface.mesh.positions.len() as i64 - surface.mesh.triangles.len() as i64 / 2;
         ambiguous += i64::from(euler != 2);
