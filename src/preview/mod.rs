@@ -88,6 +88,18 @@ pub enum Material {
     },
 }
 
+impl Material {
+    /// Bone: matt.
+    pub const BONE: Self = Self::Opaque { gloss: 0.2 };
+    /// Cement: wet.
+    pub const CEMENT: Self = Self::Opaque { gloss: 0.7 };
+    /// Bone as a pane of glass, of which little more than the outline is left.
+    pub const GLASS_BONE: Self = Self::Glass {
+        facing: 0.07,
+        edge: 0.85,
+    };
+}
+
 /// A plane that takes away one side of a surface. Opaque solids are capped where they are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {

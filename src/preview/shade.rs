@@ -74,7 +74,9 @@ impl Rig {
     }
 
     fn key_light(&self, normal: &Vec3) -> Colour {
-        Colour::new(0.88, 0.86, 0.82) * wrapped(normal, &self.key, 0.1)
+        // A toe instead of a wrap: the lamp fades out before the horizon, where its shadow map says little.
+        let facing = normal.dot(&self.key).max(0.0);
+        Colour::new(0.90, 0.88, 0.84) * (facing * facing * 1.1 / (facing + 0.1))
     }
 
     fn other_lamps(&self, normal: &Vec3) -> Colour {

@@ -65,7 +65,7 @@ impl Shadow {
         let normal = self.turn * surface.normal;
         // Surfaces that turn away are dark anyway; the tangent plane of grazing ones says little.
         let facing = -normal.dot(&point.normalize());
-        let trust = (facing * 5.0 - 0.2).clamp(0.0, 1.0);
+        let trust = (facing * 15.0).min(1.0);
         if !(trust > 0.0 && point.z > lamp.near) {
             return 1.0;
         }

@@ -265,7 +265,7 @@ fn two_crossing_triangles_hide_each_other_on_either_side_of_their_line() {
         ..Scene::default()
     };
     let (visible, view, samples) = seen(&scene, &SMALL);
-    let (mut left, mut right) = (0, 0);
+    let (mut left, mut right) = (0_i32, 0_i32);
     for (seen, [x, _]) in visible.iter().zip(places(&view, &samples)) {
         if seen.number != NOTHING {
             // The first triangle comes towards the eye on the left.

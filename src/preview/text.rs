@@ -41,66 +41,81 @@ impl Pen {
     /// Draws lines [pixels] with round ends and the width of the pen.
     pub fn stroke(&self, image: &mut RgbImage, lines: &[Vec<[Real; 2]>]) {
         let half_width = (0.062 * self.size).max(0.55);
-        let around = [
-            (half_width + 0.16 * self.size + 1.0, self.halo, 0.6),
-            (half_width, self.ink, 1.0),
-        ];
-        for (reach, colour, strength) in around {
-            let soft = if strength < 1.0 {
-                reach - half_width
-            } else {
-                1.0
-            };
-            paint(image, lines, reach, soft, |distance| {
-                (
-                    colour,
-                    strength * ((reach + 0.5 - distance) / soft).clamp(0.0, 1.0),
-                )
-            });
+        let halo_width = 0.16 * self.size + 1.0;
+        let field = Field::around(lines, half_width + halo_width + 1.0, image);
+        for (column, row, distance) in field.pixels() {
+            let beyond = distance - half_width;
+            let halo = 0.6 * ((halo_width + 0.5 - beyond) / halo_width).clamp(0.0, 1.0);
+            blend(image, column, row, self.halo, halo);
+            blend(image, column, row, self.ink, (0.5 - beyond).clamp(0.0, 1.0));
         }
     }
 }
 
-/// Blends in what `cover` gives for the distance of each pixel from the nearest of `lines`.
-fn paint(
-    image: &mut RgbImage,
-    lines: &[Vec<[Real; 2]>],
+/// Distance of pixels from the nearest of some lines, as far as `reach`.
+struct Field {
+    left: u32,
+    top: u32,
+    width: u32,
+    squared: Vec<Real>,
     reach: Real,
-    soft: Real,
-    cover: impl Fn(Real) -> ([u8; 3], Real),
-) {
+}
+
+impl Field {
+    fn around(lines: &[Vec<[Real; 2]>], reach: Real, image: &RgbImage) -> Self {
+        let [left, top, right, bottom] = window(lines.iter().flatten(), reach, image);
+        let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
+        let mut squared = vec![Real::INFINITY; width as usize * height as usize];
+        for ends in lines.iter().flat_map(|line| line.windows(2)) {
+            let [x0, y0, x1, y1] = window(ends, reach, image);
+            for row in y0..y1 {
+                for column in x0..x1 {
+                    let at = [Real::from(column) + 0.5, Real::from(row) + 0.5];
+                    let here = &mut squared[((row - top) * width + column - left) as usize];
+                    *here = here.min(distance_squared(at, ends[0], ends[1]));
+                }
+            }
+        }
+        Self {
+            left,
+            top,
+            width,
+            squared,
+            reach,
+        }
+    }
+
+    /// Column, row and distance.
+    fn pixels(&self) -> impl Iterator<Item = (u32, u32, Real)> {
+        let near = self.squared.iter().enumerate();
+        near.filter(|(_, squared)| **squared < self.reach * self.reach)
+            .map(|(i, squared)| {
+                let (column, row) = (i as u32 % self.width, i as u32 / self.width);
+                (self.left + column, self.top + row, squared.sqrt())
+            })
+    }
+}
+
+/// Left, top, right and bottom of the pixels within `reach` of the box around `points`.
+fn window<'a>(
+    points: impl IntoIterator<Item = &'a [Real; 2]>,
+    reach: Real,
+    image: &RgbImage,
+) -> [u32; 4] {
     let (mut low, mut high) = ([Real::INFINITY; 2], [Real::NEG_INFINITY; 2]);
-    for point in lines.iter().flatten() {
+    for point in points {
         for axis in 0..2 {
             low[axis] = low[axis].min(point[axis]);
             high[axis] = high[axis].max(point[axis]);
         }
     }
-    let margin = reach + soft;
     let clamp = |v: Real, end: u32| v.clamp(0.0, Real::from(end)) as u32;
-    let (left, right) = (
-        clamp(low[0] - margin, image.width()),
-        clamp(high[0] + margin, image.width()),
-    );
-    let (top, bottom) = (
-        clamp(low[1] - margin, image.height()),
-        clamp(high[1] + margin, image.height()),
-    );
-    for row in top..bottom {
-        for column in left..right {
-            let at = [Real::from(column) + 0.5, Real::from(row) + 0.5];
-            let distance = lines
-                .iter()
-                .flat_map(|line| line.windows(2))
-                .map(|ends| distance_squared(at, ends[0], ends[1]))
-                .fold(Real::INFINITY, Real::min)
-                .sqrt();
-            let (colour, opacity) = cover(distance);
-            if opacity > 0.0 {
-                blend(image, column, row, colour, opacity);
-            }
-        }
-    }
+    [
+        clamp((low[0] - reach).floor(), image.width()),
+        clamp((low[1] - reach).floor(), image.height()),
+        clamp((high[0] + reach).ceil(), image.width()),
+        clamp((high[1] + reach).ceil(), image.height()),
+    ]
 }
 
 /// Mixes sRGB `colour` into a pixel.
