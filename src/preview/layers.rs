@@ -86,7 +86,7 @@ pub(super) fn shade(
     background: Background,
 ) -> RgbImage {
     let (view, count) = (&geometry.view, samples.count());
-    let rig = Rig::new(view);
+    let (rig, wall) = (Rig::new(view), background.wall());
     let glass: Vec<_> = (0..geometry.meshes.len())
         .filter(|&m| matches!(geometry.meshes[m].layer.material, Material::Glass { .. }))
         .map(|m| Binned::new(geometry, m))
@@ -112,7 +112,7 @@ pub(super) fn shade(
                 let (column, row) = (pixel % band.width, pixel / band.width + band.top);
                 let corner = [column as Real, row as Real];
                 let seen = &visible[pixel * count..(pixel + 1) * count];
-                let behind = background.at(
+                let behind = wall.at(
                     (2.0 * corner[0] + 1.0) / view.width as Real - 1.0,
                     1.0 - (2.0 * corner[1] + 1.0) / view.height as Real,
                 );

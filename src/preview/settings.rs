@@ -42,16 +42,17 @@ pub enum Background {
 }
 
 impl Background {
-    /// Linear colour at `x`, `y`, both from −1 to 1, y up.
-    pub(super) fn at(self, x: Real, y: Real) -> Colour {
+    /// Its light.
+    pub(super) fn wall(self) -> Wall {
         let (bright, dim) = match self {
-            Self::White => return Colour::repeat(1.0),
-            Self::Light => (from_srgb([246, 247, 248]), from_srgb([204, 209, 215])),
-            Self::Dark => (from_srgb([58, 64, 74]), from_srgb([17, 19, 23])),
+            Self::White => ([255; 3], [255; 3]),
+            Self::Light => ([246, 247, 248], [204, 209, 215]),
+            Self::Dark => ([58, 64, 74], [17, 19, 23]),
         };
-        let from_glow = x * x * 0.35 + (y - 0.25) * (y - 0.25) * 0.55;
-        let dimming = from_glow.min(1.0);
-        bright + (dim - bright) * (dimming * (2.0 - dimming))
+        Wall {
+            bright: from_srgb(bright),
+            dim: from_srgb(dim),
+        }
     }
 
     /// sRGB colours of lettering and of the halo around it.
@@ -60,5 +61,20 @@ impl Background {
             Self::Light | Self::White => ([38, 44, 54], [246, 247, 248]),
             Self::Dark => ([232, 235, 240], [17, 19, 23]),
         }
+    }
+}
+
+/// A wall with a soft glow a little above its middle.
+pub(super) struct Wall {
+    bright: Colour,
+    dim: Colour,
+}
+
+impl Wall {
+    /// Linear colour at `x`, `y`, both from −1 to 1, y up.
+    pub fn at(&self, x: Real, y: Real) -> Colour {
+        let from_glow = x * x * 0.35 + (y - 0.25) * (y - 0.25) * 0.55;
+        let dimming = from_glow.min(1.0);
+        self.bright + (self.dim - self.bright) * (dimming * (2.0 - dimming))
     }
 }

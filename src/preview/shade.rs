@@ -48,7 +48,7 @@ impl Rig {
         let (normal, colour) = (&surface.normal, &surface.colour);
         // Lamps are as large as soft boxes: a closed place sees less of them, too.
         let crevice = 0.35 + 0.65 * exposure.sky;
-        let key = exposure.key * crevice;
+        let key = (0.2 + 0.8 * exposure.key) * crevice;
         let diffuse = self.key_light(normal) * key
             + self.other_lamps(normal) * crevice
             + self.sky(normal) * exposure.sky;
@@ -80,13 +80,13 @@ impl Rig {
     }
 
     fn other_lamps(&self, normal: &Vec3) -> Colour {
-        Colour::new(0.13, 0.15, 0.18) * wrapped(normal, &self.fill, 0.4)
+        Colour::new(0.22, 0.24, 0.27) * wrapped(normal, &self.fill, 0.4)
             + Colour::new(0.22, 0.23, 0.25) * wrapped(normal, &self.rim, 0.0)
     }
 
     fn sky(&self, normal: &Vec3) -> Colour {
         let (above, below) = (
-            Colour::new(0.26, 0.28, 0.31),
+            Colour::new(0.23, 0.245, 0.27),
             Colour::new(0.12, 0.108, 0.096),
         );
         below + (above - below) * (0.5 + 0.5 * normal.dot(&self.up))
