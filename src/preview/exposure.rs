@@ -138,3 +138,65 @@ fn spirals() -> Vec<[[Real; 2]; TAPS]> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::preview::{Camera, Colour, Colours, Material, MeshLayer, Scene, layers};
+
+    #[test]
+    fn a_plain_floor_is_open_and_a_corner_darkens_towards_its_edge() {
+        let corner = |x: Real, y: Real, z: Real| Vec3::new(x, y, z);
+        let floor = [
+            corner(-1.0, -1.0, 0.0),
+            corner(1.0, -1.0, 0.0),
+            corner(1.0, 0.0, 0.0),
+            corner(-1.0, 0.0, 0.0),
+        ];
+        let wall = [
+            floor[3],
+            floor[2],
+            corner(1.0, 0.0, 1.0),
+            corner(-1.0, 0.0, 1.0),
+        ];
+        let positions = [floor, wall].concat();
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let open = |triangles: &[[u32; 3]]| {
+            let scene = Scene {
+                meshes: vec![MeshLayer {
+                    positions: &positions,
+                    triangles,
+                    normals: None,
+                    colours: Colours::Uniform(Colour::repeat(0.5)),
+                    material: Material::BONE,
+                    cut: None,
+                }],
+                camera: Camera {
+                    position: corner(0.0, -2.0, 2.0),
+                    target: Vec3::zeros(),
+                    up: Vec3::z(),
+                    field_of_view: 0.5,
+                },
+                ..Scene::default()
+            };
+            let geometry = Geometry::new(&scene, scene.camera.view(160, 160));
+            let samples = Samples::new(4);
+            let visible = layers::opaque(&geometry, &samples);
+            let exposures = measure(&geometry, &samples, &visible, None);
+            // The edge is in the middle row; rows below it look at the floor.
+            [81, 84, 87, 120].map(|row| {
+                let seen = visible[(row * 160 + 80) * 4];
+                assert!(seen.number < 2);
+                exposures.at(80, row, Real::from(seen.depth)).sky
+            })
+        };
+        assert_eq!(open(&triangles[..2]), [1.0; 4]);
+        let [edge, near, far, away] = open(&triangles);
+        assert!(
+            edge < near && near < far && far < away,
+            "{edge} {near} {far} {away}"
+        );
+        assert!(edge < 0.85 && away == 1.0, "{edge} {near} {far} {away}");
+    }
+}

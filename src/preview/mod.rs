@@ -28,7 +28,7 @@ pub use settings::{Background, PictureSettings};
 use crate::math::{Real, Vec3};
 use image::RgbImage;
 
-/// What there is to see, and from where.
+/// What there is to see, and from where: at most 2³¹ triangles and spheres in all.
 #[derive(Clone, Debug, Default)]
 pub struct Scene<'a> {
     /// Surfaces, in any order.

@@ -110,3 +110,58 @@ fn bounds(scene: &Scene) -> Aabb {
     }
     bounds
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preview::{Colour, Colours, Material, MeshLayer};
+
+    #[test]
+    fn a_square_shades_exactly_what_is_behind_it_from_the_lamp() {
+        let square = |half: Real, z: Real| {
+            [(-half, -half), (half, -half), (half, half), (-half, half)]
+                .map(|(x, y)| Vec3::new(x, y, z))
+        };
+        let (height, half) = (0.02, 0.015);
+        let positions = [square(0.1, 0.0), square(half, height)].concat();
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let scene = Scene {
+            meshes: vec![MeshLayer {
+                positions: &positions,
+                triangles: &triangles,
+                normals: None,
+                colours: Colours::Uniform(Colour::repeat(0.5)),
+                material: Material::BONE,
+                cut: None,
+            }],
+            camera: Camera::fitting(&positions, 1.0, 0.4, 0.7, 0.5),
+            ..Scene::default()
+        };
+        let view = scene.camera.view(300, 300);
+        let shadow = Shadow::new(&scene, &view).unwrap();
+        let shaded = |x: Real, y: Real| {
+            let ground = Vec3::new(x, y, 0.0);
+            let over = ground + (shadow.lamp.eye - ground) * (height / shadow.lamp.eye.z);
+            over.x.abs() < half && over.y.abs() < half
+        };
+
+        let (mut dark, mut bright, edge) = (0, 0, 0.0025);
+        for i in 0..10_000 {
+            let [x, y] = [i % 100, i / 100].map(|k| 0.0019 * (f64::from(k) - 49.5));
+            let around = [(-edge, -edge), (edge, -edge), (-edge, edge), (edge, edge)];
+            let here = shaded(x, y);
+            if around.iter().all(|(dx, dy)| shaded(x + dx, y + dy) == here) {
+                let surface = Surface {
+                    position: view.place(&Vec3::new(x, y, 0.0)),
+                    normal: view.axes * Vec3::z(),
+                    colour: Colour::zeros(),
+                    material: Material::BONE,
+                };
+                let lit = shadow.lit(&surface, &[[0.0; 2]]);
+                assert!((lit - Real::from(u8::from(!here))).abs() < 1e-12, "{x} {y}");
+                *if here { &mut dark } else { &mut bright } += 1;
+            }
+        }
+        assert!(dark > 100 && bright > 5000, "{dark} {bright}");
+    }
+}
