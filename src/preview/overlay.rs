@@ -1,0 +1,152 @@
+//! What is written over a picture: a label, a key to the colours, a bar that shows the size.
+
+use super::{
+    Background, Colour, Scene,
+    camera::View,
+    colour::to_srgb,
+    text::{Pen, blend},
+};
+use crate::math::Real;
+use image::RgbImage;
+
+/// A key to the colours.
+#[derive(Clone, Debug)]
+pub struct Legend {
+    /// What the colours mean, with its unit.
+    pub title: String,
+    /// Value of the first colour.
+    pub low: Real,
+    /// Value of the last colour.
+    pub high: Real,
+    /// Colour of a position from 0 to 1.
+    pub map: fn(Real) -> Colour,
+}
+
+pub(super) fn draw(image: &mut RgbImage, scene: &Scene, view: &View, background: Background) {
+    let shorter = Real::from(image.width().min(image.height()));
+    let (ink, halo) = background.ink();
+    let pen = Pen {
+        size: (shorter / 42.0).max(6.0),
+        ink,
+        halo,
+    };
+    if let Some(label) = &scene.label {
+        let large = Pen {
+            size: 1.35 * pen.size,
+            ..pen
+        };
+        large.write(image, label, 2.0 * pen.size, 3.2 * pen.size);
+    }
+    if let Some(legend) = &scene.legend {
+        draw_legend(image, legend, &pen);
+    }
+    if scene.scale_bar {
+        draw_scale_bar(image, view, &pen);
+    }
+}
+
+/// A column of colour with ticks on its left, at the right edge, half way up.
+fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
+    let (width, height) = (Real::from(image.width()), Real::from(image.height()));
+    let (thick, long) = (1.5 * pen.size, 0.42 * height);
+    let (left, top) = (width - 2.0 * pen.size - thick, 0.5 * (height - long));
+    let (step, digits) = tick_step(legend.high - legend.low);
+    let first = (legend.low / step - 1e-9).ceil();
+    for k in 0..12 {
+        let value = (first + Real::from(k)) * step;
+        if value.is_nan() || value > legend.high + 1e-9 * step {
+            break;
+        }
+        let y = top + long * (legend.high - value) / (legend.high - legend.low);
+        // Adding 0 turns −0 into 0.
+        let text = format!("{:.digits$}", value + 0.0);
+        let x = left - 0.9 * pen.size - pen.width(&text);
+        pen.write(image, &text, x, y + 0.5 * pen.size);
+        pen.stroke(image, &[vec![[left - 0.45 * pen.size, y], [left, y]]]);
+    }
+
+    for row in 0..long as u32 {
+        let colour = to_srgb(&(legend.map)(1.0 - (Real::from(row) + 0.5) / long));
+        for column in 0..thick as u32 {
+            let (x, y) = (left as u32 + column, top as u32 + row);
+            if x < image.width() && y < image.height() {
+                blend(image, x, y, colour, 1.0);
+            }
+        }
+    }
+
+    let x = width - 1.7 * pen.size - pen.width(&legend.title);
+    pen.write(image, &legend.title, x, top - 1.4 * pen.size);
+}
+
+/// At the bottom left; true for what is as far away as the target.
+fn draw_scale_bar(image: &mut RgbImage, view: &View, pen: &Pen) {
+    let pixels_a_metre = view.focal / view.distance;
+    let longest = 0.22 * Real::from(image.width()) / pixels_a_metre;
+    if !(longest.is_finite() && longest > 0.0) {
+        return;
+    }
+    let (length, text) = scale_length(longest);
+    let (left, y) = (2.0 * pen.size, Real::from(image.height()) - 2.2 * pen.size);
+    let (right, end) = (left + length * pixels_a_metre, 0.4 * pen.size);
+    let bar = [
+        vec![[left, y], [right, y]],
+        vec![[left, y - end], [left, y + end]],
+        vec![[right, y - end], [right, y + end]],
+    ];
+    pen.stroke(image, &bar);
+    let x = 0.5 * (left + right - pen.width(&text));
+    pen.write(image, &text, x.max(left), y - 1.1 * pen.size);
+}
+
+/// The largest 1, 2 or 5 times a power of ten that is not above `limit`, and the power.
+fn round_below(limit: Real) -> (Real, i32) {
+    let power = libm::floor(libm::log10(limit) + 1e-12) as i32;
+    let ten = libm::pow(10.0, Real::from(power));
+    let leading = [5.0, 2.0]
+        .into_iter()
+        .find(|k| k * ten <= limit * (1.0 + 1e-12));
+    (leading.unwrap_or(1.0) * ten, power)
+}
+
+/// Distance of ticks that cuts `range` into three to seven or so, and the decimals that it needs.
+fn tick_step(range: Real) -> (Real, usize) {
+    if !(range.is_finite() && range > 0.0) {
+        return (1.0, 0);
+    }
+    let (step, power) = round_below(range / 3.0);
+    (step, (-power).clamp(0, 9) as usize)
+}
+
+/// A rounded length [m] not above `limit` [m], and how to write it.
+fn scale_length(limit: Real) -> (Real, String) {
+    let (length, _) = round_below(limit);
+    let (unit, name) = if length > 0.999 {
+        (1.0, "m")
+    } else if length > 0.999e-3 {
+        (1e-3, "mm")
+    } else {
+        (1e-6, "µm")
+    };
+    let number = (length / unit * 1e6).round() / 1e6;
+    (length, format!("{number} {name}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_and_ticks_are_round() {
+        let written = |limit| scale_length(limit).1;
+        assert_eq!(written(0.0137), "10 mm");
+        assert_eq!(written(0.010), "10 mm");
+        assert_eq!(written(0.0099), "5 mm");
+        assert_eq!(written(0.000_31), "200 µm");
+        assert_eq!(written(0.7), "500 mm");
+        assert_eq!(written(2.3), "2 m");
+        assert_eq!(tick_step(1.0), (0.2, 1));
+        assert_eq!(tick_step(0.3), (0.1, 1));
+        assert_eq!(tick_step(60.0), (20.0, 0));
+    }
+}
