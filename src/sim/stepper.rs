@@ -463,7 +463,7 @@ impl Stepper<'_> {
         let dt = self.dt;
         let operator = PressureOperator { near: &self.near };
         let excess: Vec<Real> = self
-            .excess_volume(&operator, closed)
+            .excess_volume(&operator)
             .iter()
             .map(|e| e / dt)
             .collect();

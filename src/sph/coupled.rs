@@ -232,8 +232,6 @@ impl<'a> CoupledSolver<'a> {
             outcome.converged = true;
             return outcome;
         }
-        let closed = self.problem.closed;
-        let least = if closed { Real::NEG_INFINITY } else { 0.0 };
         let cold = pressure.iter().all(|&p| p == 0.0);
         let mut x: Vec<Packed> = (0..n)
             .map(|i| {
@@ -254,8 +252,7 @@ impl<'a> CoupledSolver<'a> {
             .min((REDUCTION * guess).max(1e-2 * goal.velocity));
         let mut active: Vec<bool> = (0..n)
             .map(|i| {
-                closed
-                    || x[i][3] > 0.0
+                x[i][3] > 0.0
                     || if cold {
                         full(i) || s[i] > 0.0
                     } else {
