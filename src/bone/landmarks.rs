@@ -4,7 +4,7 @@
 //! centroid of the whole bone backwards, so the way from the body to the centroid points at the spinous process.
 //! Up is known (z); nothing else needs to be marked by hand.
 
-use crate::math::{Aabb, Real, Vec3};
+use crate::math::{Real, Vec3};
 use crate::mesh::{Lattice, MeshDistance, TriMesh, inside_columns};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -39,36 +39,31 @@ pub enum LandmarkError {
 }
 
 /// Cells of the search lattice along the longest edge of the bone.
-const CELLS: Real = 64.0;
+const CELLS: Real = 80.0;
 /// Share of the largest depth from which on a point belongs to the core of the body.
-const CORE: Real = 0.85;
+const CORE: Real = 0.8;
 
 /// Finds the frame of the closed `mesh`.
 pub fn find(mesh: &TriMesh) -> Result<Landmarks, LandmarkError> {
     let bounds = mesh.bounds();
     let distance = MeshDistance::new(mesh);
     let size = bounds.extent().max();
-    let coarse = depths(mesh, &distance, &Lattice::cells(&bounds, size / CELLS));
-    let (thickest, depth) = deepest(&coarse).ok_or(LandmarkError::TooThin)?;
-
-    // Once more, four times finer, where the core of the body must be.
-    let around = Aabb {
-        min: thickest.add_scalar(-depth),
-        max: thickest.add_scalar(depth),
-    };
-    let fine = depths(
-        mesh,
-        &distance,
-        &Lattice::cells(&around, 0.25 * size / CELLS),
-    );
-    let (_, body_radius) = deepest(&fine).ok_or(LandmarkError::TooThin)?;
+    let step = size / CELLS;
+    let depths = depths(mesh, &distance, &Lattice::cells(&bounds, step));
+    let deepest = depths.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    let &(thickest, _) = deepest.ok_or(LandmarkError::TooThin)?;
+    let body_radius = climb(&distance, thickest, step);
 
     // The core is flat where endplates are parallel: its middle is steadier than its one deepest point.
-    let core = fine.iter().filter(|(_, depth)| *depth > CORE * body_radius);
+    let threshold = CORE * body_radius;
+    let core = depths.iter().filter(|(_, depth)| *depth > threshold);
     let (sum, weight) = core.fold((Vec3::zeros(), 0.0), |(sum, weight), (x, depth)| {
-        let w = depth - CORE * body_radius;
+        let w = depth - threshold;
         (sum + x * w, weight + w)
     });
+    if weight == 0.0 {
+        return Err(LandmarkError::TooThin);
+    }
     let body_centre = sum / weight;
 
     let backwards = mesh.centroid() - body_centre;
@@ -111,8 +106,21 @@ fn depths(mesh: &TriMesh, distance: &MeshDistance, lattice: &Lattice) -> Vec<(Ve
         .collect()
 }
 
-fn deepest(depths: &[(Vec3, Real)]) -> Option<(Vec3, Real)> {
-    depths.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))
+/// Depth at the deepest point uphill of `x`: neighbours at a distance that halves when none is deeper.
+fn climb(distance: &MeshDistance, mut x: Vec3, mut step: Real) -> Real {
+    let mut depth = -distance.signed(&x);
+    for _ in 0..24 {
+        let neighbours = (0..6).map(|k| {
+            let mut y = x;
+            y[k / 2] += if k % 2 == 0 { step } else { -step };
+            (y, -distance.signed(&y))
+        });
+        match neighbours.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((y, deeper)) if deeper > depth => (x, depth) = (y, deeper),
+            _ => step *= 0.5,
+        }
+    }
+    depth
 }
 
 #[cfg(test)]
