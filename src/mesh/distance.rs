@@ -153,7 +153,8 @@ impl MeshDistance {
     }
 }
 
-fn square_to_box(x: &Vec3, node: &BvhNode) -> Real {
+/// Squared distance from a point to the box of a tree node [m²].
+pub(crate) fn square_to_box(x: &Vec3, node: &BvhNode) -> Real {
     let (low, high) = (node.mins(), node.maxs());
     let excess = |x: Real, low: Real, high: Real| (low - x).max(x - high).max(0.0);
     let (a, b, c) = (

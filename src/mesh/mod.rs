@@ -10,6 +10,7 @@ mod weld;
 
 pub use columns::{Lattice, inside_columns};
 pub use distance::MeshDistance;
+pub(crate) use distance::square_to_box;
 pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
 pub use obj_read::{LengthUnit, ObjError, UpAxis, parse_obj, read_obj};
