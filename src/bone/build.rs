@@ -37,6 +37,8 @@ pub(super) struct BoneBrick {
     pub(super) place: Box<[u8; 512]>,
     /// Nodes' worth of shell, by sub-voxel fraction.
     pub(super) shell: Real,
+    /// Nodes' worth of struts inside the shell, by region.
+    pub(super) struts: Vec<Real>,
 }
 
 /// Builds the inside of the closed `mesh` for particles of distance `spacing` [m]; `carve` is cut out.
@@ -49,7 +51,7 @@ pub fn build(
     settings.check(spacing)?;
     let distance = MeshDistance::new(mesh);
     let bounds = mesh.bounds();
-    let network = Network::grow(settings, &distance, &bounds)?;
+    let network = Network::grow(settings, mesh, &distance)?;
 
     let voxel = spacing / settings.nodes_per_spacing;
     let band = BAND * spacing;
@@ -156,23 +158,49 @@ impl Filler<'_> {
         } else {
             Vec::new()
         };
-        let struts = self.struts_near(&centre, radius);
+        let struts = self.network.near(&centre, self.band + radius);
 
         let mut brick = BoneBrick {
             first,
             phi: Box::new([self.grid.background; 512]),
             place: Box::new([place::ELSEWHERE; 512]),
             shell: 0.0,
+            struts: vec![0.0; self.settings.regions.len()],
         };
-        for node in 0..512 {
-            let [x, y, z] = [node >> 6, node >> 3 & 7, node & 7].map(|n| n as i32);
+        for octant in 0..8 {
+            let step = [octant >> 2 & 1, octant >> 1 & 1, octant & 1];
+            self.octant(&mut brick, step, &triangles, &struts, depth);
+        }
+        Some(brick)
+    }
+
+    /// Fills an eighth of a brick from the part of the lists that matters there.
+    fn octant(
+        &self,
+        brick: &mut BoneBrick,
+        step: [i32; 3],
+        triangles: &[u32],
+        struts: &[Strut],
+        brick_depth: Real,
+    ) {
+        const EDGE: i32 = BRICK / 2;
+        let first: [i32; 3] = std::array::from_fn(|axis| brick.first[axis] + step[axis] * EDGE);
+        let (centre, radius) = self.around(first, EDGE);
+        let triangles = self
+            .distance
+            .nearest_within(&centre, 2.0 * radius, triangles);
+        let struts = nearest_struts(&centre, radius, struts);
+        let shell = self.settings.shell_thickness;
+        for n in 0..EDGE.pow(3) {
+            let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
+            let node: [i32; 3] = std::array::from_fn(|axis| step[axis] * EDGE + offset[axis]);
             let x = self
                 .grid
-                .position([first[0] + x, first[1] + y, first[2] + z]);
-            let d = if near_mesh {
-                self.distance.signed_among(&x, &triangles)
+                .position(std::array::from_fn(|axis| brick.first[axis] + node[axis]));
+            let d = if triangles.is_empty() {
+                brick_depth
             } else {
-                depth
+                self.distance.signed_among(&x, &triangles)
             };
             let strut = struts
                 .iter()
@@ -183,30 +211,30 @@ impl Filler<'_> {
                 .iter()
                 .fold(-self.band, |most, bore| most.max(bore.distance(&x).0));
             let phi = cortex.min(strut.max(d)).max(bore);
+            let node = (node[0] << 6 | node[1] << 3 | node[2]) as usize;
             brick.phi[node] = phi.clamp(-self.band, self.band) as f32;
             brick.shell += solid_share(cortex.max(bore), self.grid.voxel);
             brick.place[node] = if bore > 0.0 && d < 0.0 {
                 place::BORE
             } else if d < -shell {
-                place::FIRST_REGION + self.settings.region_at(&x) as u8
+                let region = self.settings.region_at(&x);
+                brick.struts[region] += solid_share(strut, self.grid.voxel);
+                place::FIRST_REGION + region as u8
             } else {
                 place::ELSEWHERE
             };
         }
-        Some(brick)
-    }
-
-    /// The struts that can be nearest to a node within `radius` of `centre`, and closer to it than the band.
-    fn struts_near(&self, centre: &Vec3, radius: Real) -> Vec<Strut> {
-        let mut struts = self.network.near(centre, self.band + radius);
-        let nearest = struts.iter().fold(Real::INFINITY, |least, strut| {
-            least.min(strut.distance(centre))
-        });
-        struts.retain(|strut| strut.distance(centre) <= nearest + 2.0 * radius);
-        struts
     }
 }
 
+/// The struts that can be nearest to a point within `radius` of `centre`.
+fn nearest_struts(centre: &Vec3, radius: Real, struts: &[Strut]) -> Vec<Strut> {
+    let distances: Vec<Real> = struts.iter().map(|strut| strut.distance(centre)).collect();
+    let nearest = distances.iter().copied().fold(Real::INFINITY, Real::min);
+    let reach = nearest + 2.0 * radius;
+    let kept = struts.iter().zip(&distances).filter(|(_, d)| **d <= reach);
+    kept.map(|(strut, _)| *strut).collect()
+}
 /// The share of a voxel around a node that is solid, from φ at the node.
 pub(super) fn solid_share(phi: Real, voxel: Real) -> Real {
     (0.5 - phi / voxel).clamp(0.0, 1.0)

@@ -5,7 +5,7 @@
 
 use super::settings::{BoneError, BoneSettings, Struts};
 use crate::math::{Aabb, Real, Vec3, hash_unit};
-use crate::mesh::{Lattice, MeshDistance, square_to_box};
+use crate::mesh::{Lattice, MeshDistance, TriMesh, inside_columns, square_to_box};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -25,11 +25,11 @@ impl Strut {
     /// Distance to the surface [m], negative inside.
     #[inline]
     pub fn distance(&self, x: &Vec3) -> Real {
-        self.to_axis(x) - self.radius
+        self.axis_distance(x) - self.radius
     }
 
     #[inline]
-    fn to_axis(&self, x: &Vec3) -> Real {
+    fn axis_distance(&self, x: &Vec3) -> Real {
         let axis = self.to - self.from;
         let along = ((x - self.from).dot(&axis) / axis.norm_squared().max(1e-30)).clamp(0.0, 1.0);
         (x - self.from - axis * along).norm()
@@ -45,14 +45,15 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// Grows the struts of every region inside the bone whose distance is `distance`.
+    /// Grows the struts of every region inside `mesh`, whose distance is `distance`.
     pub(super) fn grow(
         settings: &BoneSettings,
+        mesh: &TriMesh,
         distance: &MeshDistance,
-        bounds: &Aabb,
     ) -> Result<Self, BoneError> {
+        let bounds = mesh.bounds();
         let lattices = (0..settings.regions.len())
-            .map(|region| StrutLattice::new(settings, region, distance, bounds))
+            .map(|region| StrutLattice::new(settings, region, distance, &bounds))
             .collect::<Result<Vec<_>, _>>()?;
         let mut struts = Vec::new();
         let mut diameters = Vec::new();
@@ -62,7 +63,7 @@ impl Network {
             let diameter = match settings.regions[region].struts {
                 Struts::Diameter(diameter) => diameter,
                 Struts::Porosity(porosity) => {
-                    2.0 * radius_for(porosity, settings, region, &own, distance, bounds)
+                    2.0 * radius_for(porosity, settings, region, &own, &struts, mesh, distance)
                 }
             };
             for strut in &mut own {
@@ -104,34 +105,52 @@ fn tree_of(struts: &[Strut]) -> Bvh {
 }
 
 /// The radius with which struts leave `porosity` of their region open: the quantile of the distance to their axes.
+/// What `others`, led here from regions before, fill is not open already.
 fn radius_for(
     porosity: Real,
     settings: &BoneSettings,
     region: usize,
     struts: &[Strut],
+    others: &[Strut],
+    mesh: &TriMesh,
     distance: &MeshDistance,
-    bounds: &Aabb,
 ) -> Real {
+    let bounds = mesh.bounds();
     let extent = bounds.extent();
     let by_count = (extent.x * extent.y * extent.z / SAMPLES).cbrt();
     // Not a simple fraction of the period: samples would always hit the same places.
     let step = (settings.regions[region].period / 7.31).max(by_count);
-    let lattice = Lattice::cells(bounds, step);
+    let lattice = Lattice::cells(&bounds, step);
+    let inside = inside_columns(mesh, &lattice);
     let largest = settings.vertical.max(1.0);
     let tree = tree_of(struts);
+    let tree_of_others = tree_of(others);
+    let thickest = others
+        .iter()
+        .fold(0.0, |a: Real, strut| a.max(strut.radius));
+    let filled = |x: &Vec3| {
+        let square = thickest * thickest;
+        tree_of_others
+            .leaves(|node: &BvhNode| square_to_box(x, node) <= square)
+            .any(|s| others[s as usize].distance(x) < 0.0)
+    };
     let mut distances: Vec<Real> = (0..lattice.len())
         .into_par_iter()
+        .filter(|&index| inside[index])
         .filter_map(|index| {
             let x = lattice.position(index);
             if settings.region_at(&x) != region || distance.signed(&x) > -settings.shell_thickness {
                 return None;
+            }
+            if filled(&x) {
+                return Some(0.0);
             }
             let nearest = tree.find_best(
                 Real::MAX,
                 |node: &BvhNode, _| square_to_box(&x, node).sqrt() / largest,
                 |s, _| {
                     let strut = &struts[s as usize];
-                    Some(strut.to_axis(&x) / strut.radius)
+                    Some(strut.axis_distance(&x) / strut.radius)
                 },
             );
             Some(nearest.map_or(Real::INFINITY, |(_, scaled)| scaled))
@@ -147,7 +166,7 @@ fn radius_for(
 }
 
 /// Points in the bone's bounding box from which a porosity is solved.
-const SAMPLES: Real = 300_000.0;
+const SAMPLES: Real = 1.5e6;
 /// More lattice cells than this are refused.
 const MAX_CELLS: Real = 2e7;
 

@@ -5,6 +5,7 @@ use super::network::Network;
 use super::settings::{BoneSettings, Struts};
 use crate::grid::{BrickMask, connected_share};
 use crate::math::Real;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// What a bone turned out to be.
@@ -60,13 +61,14 @@ pub(super) fn measure(
     let mut region_solid = vec![0.0; settings.regions.len()];
     for brick in bricks {
         shell += brick.shell;
+        for (total, of_brick) in region_solid.iter_mut().zip(&brick.struts) {
+            *total += of_brick;
+        }
         for node in 0..512 {
-            let share = solid_share(brick.phi[node].into(), voxel);
-            bone += share;
+            bone += solid_share(brick.phi[node].into(), voxel);
             if brick.place[node] >= place::FIRST_REGION {
                 let region = usize::from(brick.place[node] - place::FIRST_REGION);
                 region_nodes[region] += 1;
-                region_solid[region] += share;
             }
         }
     }
@@ -105,9 +107,9 @@ pub(super) fn measure(
 }
 
 /// Share of the nodes picked by `pick(φ, place)` that hang together.
-fn share_of(bricks: &[BoneBrick], pick: impl Fn(f32, u8) -> bool) -> Real {
+fn share_of(bricks: &[BoneBrick], pick: impl Fn(f32, u8) -> bool + Sync) -> Real {
     let masks: Vec<([i32; 3], BrickMask)> = bricks
-        .iter()
+        .par_iter()
         .filter_map(|brick| {
             let mut mask = [0_u64; 8];
             for node in 0..512 {

@@ -32,7 +32,7 @@ impl Default for BoneSettings {
                 period: 2e-3,
                 struts: Struts::Diameter(0.5e-3),
             }],
-            jitter: 0.2,
+            jitter: 0.3,
             vertical: 1.15,
             seed: 1,
             nodes_per_spacing: 4.0,

@@ -130,6 +130,18 @@ impl MeshDistance {
         self.signed_distance(x, &closest)
     }
 
+    /// Those of `candidates` that are at most `slack` [m] farther from `centre` than the nearest of them.
+    pub fn nearest_within(&self, centre: &Vec3, slack: Real, candidates: &[u32]) -> Vec<u32> {
+        let distance = |t: u32| self.closest_on(centre, t).square.sqrt();
+        let distances: Vec<Real> = candidates.iter().map(|&t| distance(t)).collect();
+        let reach = slack + distances.iter().copied().fold(Real::INFINITY, Real::min);
+        let kept = candidates
+            .iter()
+            .zip(&distances)
+            .filter(|(_, d)| **d <= reach);
+        kept.map(|(t, _)| *t).collect()
+    }
+
     fn signed_distance(&self, x: &Vec3, closest: &Closest) -> Real {
         let Some(normals) = self.normals.get(closest.triangle as usize) else {
             return Real::INFINITY;
