@@ -35,6 +35,9 @@
 //! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
+//! | [Baerentzen05] | J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11 (2005) |
+//! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
+//! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
 //! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

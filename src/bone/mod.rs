@@ -1,1 +1,29 @@
 //! A bone's mesh → cortical shell, trabeculae, porosity that varies in space.
+
+mod build;
+pub mod landmarks;
+mod network;
+mod report;
+mod settings;
+pub mod vertebra;
+
+pub use build::{BAND, build};
+pub use network::Strut;
+pub use report::{BoneReport, RegionReport};
+pub use settings::{BoneError, BoneSettings, Channel, Place, Region, Struts};
+
+use crate::grid::BrickGrid;
+
+/// A bone with its inside.
+#[derive(Clone, Debug)]
+pub struct Bone {
+    /// φ [m]: positive outside and in the pores, negative in bone, exact within ±[`BAND`] spacings of the surface.
+    pub solid: BrickGrid,
+    /// The trabeculae; where they leave the bone, φ cuts them off.
+    pub struts: Vec<Strut>,
+    /// What it turned out to be.
+    pub report: BoneReport,
+}
+
+#[cfg(test)]
+mod tests;

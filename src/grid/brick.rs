@@ -1,7 +1,8 @@
 //! A scalar field that stores only the bricks where something happens.
 
 use crate::math::{Real, Vec3};
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Nodes along the edge of a brick.
 pub const BRICK: i32 = 8;
@@ -16,7 +17,31 @@ pub struct BrickGrid {
     pub voxel: Real,
     /// Value where no brick is stored.
     pub background: f32,
-    bricks: BTreeMap<[i32; 3], Box<[f32; NODES]>>,
+    place: HashMap<[i32; 3], u32, BuildHasherDefault<KeyHasher>>,
+    stored: Vec<([i32; 3], Box<[f32; NODES]>)>,
+}
+
+/// Hashes the three coordinates of a brick: sampling looks bricks up all the time, and the order of a hash never
+/// leaves this file.
+#[derive(Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_i32(byte.into());
+        }
+    }
+
+    fn write_i32(&mut self, coordinate: i32) {
+        let mixed = (self.0.rotate_left(21) ^ u64::from(coordinate.cast_unsigned()))
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.0 = mixed ^ (mixed >> 29);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
 }
 
 impl BrickGrid {
@@ -26,44 +51,56 @@ impl BrickGrid {
             origin,
             voxel,
             background,
-            bricks: BTreeMap::new(),
+            place: HashMap::default(),
+            stored: Vec::new(),
         }
     }
 
     /// The bricks in ascending order of (x, y, z): first node and the 512 values, z running fastest.
     pub fn bricks(&self) -> impl Iterator<Item = ([i32; 3], &[f32; NODES])> {
-        self.bricks
-            .iter()
-            .map(|(key, values)| (key.map(|k| k * BRICK), &**values))
+        let mut order: Vec<u32> = (0..self.stored.len() as u32).collect();
+        order.sort_unstable_by_key(|&i| self.stored[i as usize].0);
+        order.into_iter().map(|i| {
+            let (key, values) = &self.stored[i as usize];
+            (key.map(|k| k * BRICK), &**values)
+        })
     }
 
     /// Stores a brick whose first node is `first` (multiples of [`BRICK`]).
     pub fn insert_brick(&mut self, first: [i32; 3], values: Box<[f32; 512]>) {
-        self.bricks
-            .insert(first.map(|f| f.div_euclid(BRICK)), values);
+        *self.brick_mut(first.map(|f| f.div_euclid(BRICK))) = values;
     }
 
     /// Number of stored bricks.
     pub fn brick_count(&self) -> usize {
-        self.bricks.len()
+        self.stored.len()
     }
 
     /// The value at a node.
     #[inline]
     pub fn get(&self, node: [i32; 3]) -> f32 {
-        let key = node.map(|n| n.div_euclid(BRICK));
-        self.bricks
-            .get(&key)
+        self.brick(node)
             .map_or(self.background, |values| values[offset(node)])
     }
 
     /// Sets a node, storing its brick if need be.
     pub fn set(&mut self, node: [i32; 3], value: f32) {
-        let key = node.map(|n| n.div_euclid(BRICK));
-        let background = self.background;
-        self.bricks
-            .entry(key)
-            .or_insert_with(|| Box::new([background; NODES]))[offset(node)] = value;
+        self.brick_mut(node.map(|n| n.div_euclid(BRICK)))[offset(node)] = value;
+    }
+
+    /// The brick that holds a node.
+    #[inline]
+    fn brick(&self, node: [i32; 3]) -> Option<&[f32; NODES]> {
+        let &place = self.place.get(&node.map(|n| n.div_euclid(BRICK)))?;
+        Some(&self.stored[place as usize].1)
+    }
+
+    fn brick_mut(&mut self, key: [i32; 3]) -> &mut Box<[f32; NODES]> {
+        let place = *self.place.entry(key).or_insert_with(|| {
+            self.stored.push((key, Box::new([self.background; NODES])));
+            self.stored.len() as u32 - 1
+        });
+        &mut self.stored[place as usize].1
     }
 
     /// Position of a node [m].
@@ -74,7 +111,8 @@ impl BrickGrid {
     /// The value at `x`, trilinear between nodes, and its gradient [1/m].
     pub fn sample(&self, x: &Vec3) -> (Real, Vec3) {
         let local = (x - self.origin) / self.voxel;
-        let base = local.map(Real::floor);
+        // A particle lost far away must find the background, not an overflow.
+        let base = local.map(|c| c.floor().clamp(-1e9, 1e9));
         let f = local - base;
         let first = [base.x as i32, base.y as i32, base.z as i32];
         let corner = self.corners(first);
@@ -103,8 +141,7 @@ impl BrickGrid {
     fn corners(&self, first: [i32; 3]) -> [Real; 8] {
         let inner = first.map(|n| n.rem_euclid(BRICK));
         if inner.iter().all(|&n| n < BRICK - 1) {
-            let key = first.map(|n| n.div_euclid(BRICK));
-            return match self.bricks.get(&key) {
+            return match self.brick(first) {
                 None => [self.background.into(); 8],
                 Some(values) => {
                     let o = offset(first);
@@ -152,5 +189,7 @@ mod tests {
             assert!((gradient - slope).norm() < 1e-4);
         }
         assert_eq!(grid.get([100, 0, 0]), 0.0);
+        let first: Vec<[i32; 3]> = grid.bricks().map(|(first, _)| first).collect();
+        assert!(first.is_sorted() && first.len() == grid.brick_count() && first[0] == [-16; 3]);
     }
 }

@@ -1,7 +1,9 @@
 //! Sparse fields on a lattice, in bricks of 8³ nodes.
 
 mod brick;
+mod connected;
 mod points;
 
 pub use brick::{BRICK, BrickGrid};
+pub use connected::{BrickMask, connected_share};
 pub use points::{NearPoints, PointBricks, kernel, kernel_slope};

@@ -6,8 +6,10 @@ use crate::grid::BrickGrid;
 use crate::math::{Real, Vec3};
 
 mod shape;
+mod walls;
 
 pub use shape::Shape;
+pub use walls::wall_particles;
 
 /// The union of everything solid.
 #[derive(Clone, Debug, Default)]

@@ -1,0 +1,241 @@
+//! Fills the grid of signed distances: shell from the mesh, struts, bores.
+//!
+//! ```text
+//! φ = max( min( |d + t/2| − t/2,  max(struts, d) ),  bores )        d: distance to the mesh, t: thickness of the shell
+//! ```
+//!
+//! Each brick asks the search trees once, for what can matter to any of its nodes, and then goes through that list.
+
+use super::network::Network;
+use super::report::{self, BoneReport};
+use super::settings::{BoneError, BoneSettings, Channel};
+use super::{Bone, network::Strut};
+use crate::grid::{BRICK, BrickGrid};
+use crate::math::{Real, Vec3};
+use crate::mesh::{MeshDistance, TriMesh};
+use crate::solid::Shape;
+use rayon::prelude::*;
+
+/// Half width of the band around the solid's surface in which φ is exact, in particle spacings.
+pub const BAND: Real = 3.2;
+
+/// What a node is made for, beyond its φ.
+pub(super) mod place {
+    /// Outside the bone, or in its shell.
+    pub const ELSEWHERE: u8 = 0;
+    /// In a bore.
+    pub const BORE: u8 = 1;
+    /// Inside the shell, in region 0; the next regions follow.
+    pub const FIRST_REGION: u8 = 2;
+}
+
+/// One brick of the grid while it is being built.
+pub(super) struct BoneBrick {
+    pub(super) first: [i32; 3],
+    pub(super) phi: Box<[f32; 512]>,
+    /// `place` of every node.
+    pub(super) place: Box<[u8; 512]>,
+    /// Nodes' worth of shell, by sub-voxel fraction.
+    pub(super) shell: Real,
+    /// Nodes' worth of struts inside the shell, by region.
+    pub(super) struts: Vec<Real>,
+}
+
+/// Builds the inside of the closed `mesh` for particles of distance `spacing` [m]; `carve` is cut out.
+pub fn build(
+    mesh: &TriMesh,
+    settings: &BoneSettings,
+    spacing: Real,
+    carve: &[Channel],
+) -> Result<Bone, BoneError> {
+    settings.check(spacing)?;
+    let distance = MeshDistance::new(mesh);
+    let bounds = mesh.bounds();
+    let network = Network::grow(settings, mesh, &distance)?;
+
+    let voxel = spacing / settings.nodes_per_spacing;
+    let band = BAND * spacing;
+    let mut grid = BrickGrid::new(bounds.min, voxel, band as f32);
+    let filler = Filler {
+        settings,
+        distance: &distance,
+        network: &network,
+        bores: &carve.iter().map(Channel::bore).collect::<Vec<_>>(),
+        grid: &grid,
+        band,
+    };
+    let bricks = filler.bricks(mesh)?;
+    let report: BoneReport = report::measure(settings, &network, &bricks, voxel, spacing);
+    for brick in bricks {
+        if brick.phi.iter().any(|&phi| phi < grid.background) {
+            grid.insert_brick(brick.first, brick.phi);
+        }
+    }
+    Ok(Bone {
+        solid: grid,
+        struts: network.struts,
+        report,
+    })
+}
+
+struct Filler<'a> {
+    settings: &'a BoneSettings,
+    distance: &'a MeshDistance,
+    network: &'a Network,
+    bores: &'a [Shape],
+    grid: &'a BrickGrid,
+    band: Real,
+}
+
+/// Bricks along the edge of a block that is passed over as a whole when it is far outside.
+const BLOCK: i32 = 4;
+/// More blocks than this are refused.
+const MAX_BLOCKS: Real = 1e6;
+
+impl Filler<'_> {
+    /// All bricks with a node inside the bone or near its surface, ascending by block.
+    fn bricks(&self, mesh: &TriMesh) -> Result<Vec<BoneBrick>, BoneError> {
+        let block = self.grid.voxel * Real::from(BRICK * BLOCK);
+        let margin = (self.band / block).ceil();
+        let size = mesh.bounds().extent();
+        let count = size.map(|e| (e / block).ceil() + 2.0 * margin);
+        if count.product() > MAX_BLOCKS {
+            return Err(BoneError::TooFine {
+                size: size.max(),
+                key: "spacing".into(),
+                length: self.grid.voxel * self.settings.nodes_per_spacing,
+            });
+        }
+        let [nx, ny, nz] = [count.x, count.y, count.z].map(|c| c as i32);
+        let low = -(margin as i32);
+        let of_block: Vec<Vec<BoneBrick>> = (0..nx * ny * nz)
+            .into_par_iter()
+            .map(|b| {
+                let block = [b / (ny * nz), b / nz % ny, b % nz].map(|c| (c + low) * BLOCK * BRICK);
+                self.block(block)
+            })
+            .collect();
+        Ok(of_block.into_iter().flatten().collect())
+    }
+
+    fn block(&self, first: [i32; 3]) -> Vec<BoneBrick> {
+        let (centre, radius) = self.around(first, BLOCK * BRICK);
+        if self.distance.signed(&centre) > self.band + radius {
+            return Vec::new();
+        }
+        (0..BLOCK.pow(3))
+            .filter_map(|b| {
+                let [x, y, z] = [b / (BLOCK * BLOCK), b / BLOCK % BLOCK, b % BLOCK];
+                self.brick([
+                    first[0] + x * BRICK,
+                    first[1] + y * BRICK,
+                    first[2] + z * BRICK,
+                ])
+            })
+            .collect()
+    }
+
+    /// Centre of a cube of `edge` nodes, and the distance to its farthest node.
+    fn around(&self, first: [i32; 3], edge: i32) -> (Vec3, Real) {
+        let half = 0.5 * Real::from(edge - 1) * self.grid.voxel;
+        (
+            self.grid.position(first).add_scalar(half),
+            half * libm::sqrt(3.0) * (1.0 + 1e-9),
+        )
+    }
+
+    fn brick(&self, first: [i32; 3]) -> Option<BoneBrick> {
+        let (centre, radius) = self.around(first, BRICK);
+        let depth = self.distance.signed(&centre);
+        if depth > self.band + radius {
+            return None;
+        }
+        let shell = self.settings.shell_thickness;
+        // Deeper than the band below the shell, the mesh no longer matters.
+        let near_mesh = depth > -(shell + self.band + radius);
+        let triangles = if near_mesh {
+            self.distance.within(&centre, depth.abs() + 2.0 * radius)
+        } else {
+            Vec::new()
+        };
+        let struts = self.network.near(&centre, self.band + radius);
+
+        let mut brick = BoneBrick {
+            first,
+            phi: Box::new([self.grid.background; 512]),
+            place: Box::new([place::ELSEWHERE; 512]),
+            shell: 0.0,
+            struts: vec![0.0; self.settings.regions.len()],
+        };
+        for octant in 0..8 {
+            let step = [octant >> 2 & 1, octant >> 1 & 1, octant & 1];
+            self.octant(&mut brick, step, &triangles, &struts, depth);
+        }
+        Some(brick)
+    }
+
+    /// Fills an eighth of a brick from the part of the lists that matters there.
+    fn octant(
+        &self,
+        brick: &mut BoneBrick,
+        step: [i32; 3],
+        triangles: &[u32],
+        struts: &[Strut],
+        brick_depth: Real,
+    ) {
+        const EDGE: i32 = BRICK / 2;
+        let first: [i32; 3] = std::array::from_fn(|axis| brick.first[axis] + step[axis] * EDGE);
+        let (centre, radius) = self.around(first, EDGE);
+        let triangles = self
+            .distance
+            .nearest_within(&centre, 2.0 * radius, triangles);
+        let struts = nearest_struts(&centre, radius, struts);
+        let shell = self.settings.shell_thickness;
+        for n in 0..EDGE.pow(3) {
+            let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
+            let node: [i32; 3] = std::array::from_fn(|axis| step[axis] * EDGE + offset[axis]);
+            let x = self
+                .grid
+                .position(std::array::from_fn(|axis| brick.first[axis] + node[axis]));
+            let d = if triangles.is_empty() {
+                brick_depth
+            } else {
+                self.distance.signed_among(&x, &triangles)
+            };
+            let strut = struts
+                .iter()
+                .fold(self.band, |least, strut| least.min(strut.distance(&x)));
+            let cortex = (d + 0.5 * shell).abs() - 0.5 * shell;
+            let bore = self
+                .bores
+                .iter()
+                .fold(-self.band, |most, bore| most.max(bore.distance(&x).0));
+            let phi = cortex.min(strut.max(d)).max(bore);
+            let node = (node[0] << 6 | node[1] << 3 | node[2]) as usize;
+            brick.phi[node] = phi.clamp(-self.band, self.band) as f32;
+            brick.shell += solid_share(cortex.max(bore), self.grid.voxel);
+            brick.place[node] = if bore > 0.0 && d < 0.0 {
+                place::BORE
+            } else if d < -shell {
+                let region = self.settings.region_at(&x);
+                brick.struts[region] += solid_share(strut, self.grid.voxel);
+                place::FIRST_REGION + region as u8
+            } else {
+                place::ELSEWHERE
+            };
+        }
+    }
+}
+
+/// The struts that can be nearest to a point within `radius` of `centre`.
+fn nearest_struts(centre: &Vec3, radius: Real, struts: &[Strut]) -> Vec<Strut> {
+    let distances: Vec<Real> = struts.iter().map(|strut| strut.distance(centre)).collect();
+    let nearest = distances.iter().copied().fold(Real::INFINITY, Real::min);
+    let reach = nearest + 2.0 * radius;
+    let kept = struts.iter().zip(&distances).filter(|(_, d)| **d <= reach);
+    kept.map(|(strut, _)| *strut).collect()
+}
+/// The share of a voxel around a node that is solid, from φ at the node.
+pub(super) fn solid_share(phi: Real, voxel: Real) -> Real {
+    (0.5 - phi / voxel).clamp(0.0, 1.0)
+}
