@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn rows_are_as_dense_as_the_lattice_and_keep_off_the_rim() {
-        let spacing = 0.5e-3;
+        let spacing: Real = 0.5e-3;
         for diameter in [1.6e-3, 1.8e-3, 2.39e-3, 2.69e-3, 3.43e-3, 6e-3] {
             let state = InletState::new(inlet(diameter), spacing, spacing.powi(3));
             assert!(
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn pushes_the_dose_and_not_more() {
-        let spacing = 0.5e-3;
+        let spacing: Real = 0.5e-3;
         let rest_volume = spacing.powi(3);
         let mut state = InletState::new(inlet(2.39e-3), spacing, rest_volume);
         let (mut time, mut rows) = (0.0, 0);
