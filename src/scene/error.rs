@@ -15,12 +15,12 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The file is far too long for a recipe.
-    #[error("{path} is {bytes} bytes long: no recipe")]
+    #[error("{path} is longer than {most} bytes: no recipe")]
     TooLong {
         /// The recipe.
         path: PathBuf,
-        /// Its length.
-        bytes: u64,
+        /// The longest that is read.
+        most: u64,
     },
     /// `--set` that names no place.
     #[error("--set {text}: {reason}")]

@@ -123,6 +123,17 @@ pub enum MeshUnit {
     M,
 }
 
+impl MeshUnit {
+    /// In metres.
+    pub fn metres(self) -> Real {
+        match self {
+            Self::Mm => 1e-3,
+            Self::Cm => 1e-2,
+            Self::M => 1.0,
+        }
+    }
+}
+
 /// A bone: its outer surface as a mesh, and what is inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
