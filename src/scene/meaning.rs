@@ -39,7 +39,8 @@ pub struct Scene {
 /// A mesh on disk and what its numbers mean.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeshFile {
-    /// OBJ file.
+    /// OBJ file. Not part of what a scene means: results depend on what is in the file, not on where it lies.
+    #[serde(skip)]
     pub path: PathBuf,
     /// What a 1 in the file is [m].
     pub unit: Real,

@@ -10,6 +10,7 @@ use crate::units::{
     Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::path::Path;
 
 /// A whole recipe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +76,24 @@ pub struct Recipe {
     /// Pictures.
     #[serde(default)]
     pub preview: PreviewRecipe,
+}
+
+impl Recipe {
+    /// The recipe with its mesh paths made absolute, so that it can be stored anywhere; they were relative to
+    /// `folder`.
+    #[must_use]
+    pub fn anchored(&self, folder: &Path) -> Self {
+        let anchor = |path: &mut String| {
+            if let Ok(whole) = std::path::absolute(folder.join(&*path)) {
+                *path = whole.display().to_string();
+            }
+        };
+        let mut recipe = self.clone();
+        recipe.bone.iter_mut().for_each(|bone| anchor(&mut bone.mesh));
+        let meshes = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
+        meshes.for_each(|mesh| anchor(&mut mesh.path));
+        recipe
+    }
 }
 
 /// An axis of space.
