@@ -1,5 +1,7 @@
 //! Every recipe in `pipeline/` reads, makes sense, and survives being locked.
 
+mod shared;
+
 use osteoflow::scene;
 use osteoflow::sim::TimeStep;
 use std::path::{Path, PathBuf};
@@ -24,7 +26,7 @@ fn every_recipe_resolves_and_its_lock_means_the_same() {
         assert!(scene.particles > 1000, "{}", path.display());
         assert!(matches!(scene.sim.time_step, TimeStep::Adaptive { min, max, .. } if min < max));
 
-        let lock = toml::to_string(&recipe).expect("a recipe can be written");
+        let lock = recipe.to_toml();
         let folder = path.parent().expect("in pipeline/");
         let (again, mut same) =
             scene::read("lock", &lock, folder, &[]).unwrap_or_else(|e| panic!("{e}"));
@@ -54,4 +56,21 @@ fn the_main_job_is_what_it_says() {
     // The cement enters 8 mm behind the tip and flows along the cannula.
     let tip = osteoflow::math::Vec3::new(7e-3, 6e-3, 3e-3);
     assert!((inlet.position + inlet.direction * 8e-3 - tip).norm() < 1e-12);
+}
+
+#[test]
+fn the_bone_may_be_any_file_in_any_unit() {
+    let Some(bone) = shared::file("bones/vhm_L3_m.obj") else {
+        return;
+    };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipeline/vertebra.toml");
+    let sets = [
+        format!("bone.mesh={}", bone.display()),
+        "bone.unit=m".to_owned(),
+    ];
+    let (_, scene) = scene::load(&path, &sets).expect("resolves");
+    let file = scene.bone.expect("a bone").file;
+    assert_eq!(file.unit, 1.0);
+    // An absolute path stays itself.
+    assert_eq!(file.path, bone);
 }

@@ -153,7 +153,9 @@ impl Container {
             data.and_then(|d| d.checked_add(header_bytes + (PREAMBLE + CHECKSUM) as u64));
         if expected != Some(size) {
             let described = expected.map_or("more than any file".to_owned(), |n| n.to_string());
-            return Err(damaged(format!("{size} bytes long, its header describes {described}")));
+            return Err(damaged(format!(
+                "{size} bytes long, its header describes {described}"
+            )));
         }
 
         let mut rest = Vec::new();

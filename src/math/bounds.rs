@@ -66,7 +66,7 @@ impl Aabb {
 
     /// Whether it holds no point.
     pub fn is_empty(&self) -> bool {
-        !(self.min <= self.max)
+        !(0..3).all(|axis| self.min[axis] <= self.max[axis])
     }
 
     /// Whether `point` lies inside or on the surface.

@@ -79,6 +79,11 @@ pub struct Recipe {
 }
 
 impl Recipe {
+    /// As text, everything filled in: a recipe that means the same.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a recipe holds nothing that TOML cannot say")
+    }
+
     /// The recipe with its mesh paths made absolute, so that it can be stored anywhere; they were relative to
     /// `folder`.
     #[must_use]
@@ -89,7 +94,10 @@ impl Recipe {
             }
         };
         let mut recipe = self.clone();
-        recipe.bone.iter_mut().for_each(|bone| anchor(&mut bone.mesh));
+        recipe
+            .bone
+            .iter_mut()
+            .for_each(|bone| anchor(&mut bone.mesh));
         let meshes = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
         meshes.for_each(|mesh| anchor(&mut mesh.path));
         recipe
