@@ -1,5 +1,6 @@
 //! What `check` says about a recipe.
 
+use crate::math::Real;
 use crate::scene::Scene;
 use serde_json::json;
 use std::fmt::Write;
@@ -13,17 +14,17 @@ pub(super) fn text(scene: &Scene) -> String {
         let _ = writeln!(lines, "{name:<12} {value}");
     };
     line("name", scene.name.clone());
-    line("spacing", format!("{} mm", sim.spacing * 1e3));
+    line("spacing", format!("{} mm", millimetres(sim.spacing)));
     line(
         "particles",
         format!("at most {} (walls not counted)", scene.particles),
     );
-    let frames = (sim.duration * sim.frames_per_second).floor();
+    let frames = (sim.duration * sim.frames_per_second + 1e-9).floor();
     line(
         "frames",
         format!("{frames} after the start, over {} s", sim.duration),
     );
-    let extent = sim.domain.extent() * 1e3;
+    let extent = sim.domain.extent().map(millimetres);
     line(
         "domain",
         format!("{} × {} × {} mm", extent.x, extent.y, extent.z),
@@ -45,6 +46,11 @@ pub(super) fn text(scene: &Scene) -> String {
         }
     }
     lines
+}
+
+/// To a nanometre, so that the last bits of a difference do not show.
+fn millimetres(length: Real) -> Real {
+    (length * 1e9).round() / 1e6
 }
 
 /// For programs.

@@ -52,9 +52,10 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// Gives every key its type.
+    /// Gives every key its type, and the time step its defaults.
     pub fn recipe(&self) -> Result<Recipe, SceneError> {
-        Recipe::deserialize(toml::Deserializer::from(self.root.clone())).map_err(|error| {
+        let typed = Recipe::deserialize(toml::Deserializer::from(self.root.clone()));
+        let recipe = typed.map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             let key = path_of(self.root.get_ref(), &span).unwrap_or_default();
             let (key, message) = explain(key, error.message());
@@ -63,6 +64,10 @@ impl<'a> Document<'a> {
                 key,
                 message,
             }])
+        })?;
+        Ok(Recipe {
+            time_step: recipe.time_step.filled(),
+            ..recipe
         })
     }
 

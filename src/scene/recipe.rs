@@ -130,6 +130,30 @@ pub struct TimeStepRecipe {
     pub cfl: Option<Real>,
 }
 
+impl TimeStepRecipe {
+    /// With the defaults of an adaptive step, unless it is fixed.
+    #[must_use]
+    pub fn filled(self) -> Self {
+        if self.fixed.is_some() {
+            return self;
+        }
+        let (min, max, cfl) = self.limits();
+        Self {
+            fixed: None,
+            min: Some(min),
+            max: Some(max),
+            cfl: Some(cfl),
+        }
+    }
+
+    /// `min`, `max` and `cfl` as given, or else their defaults.
+    pub fn limits(self) -> (Time, Time, Real) {
+        let min = self.min.unwrap_or(Time::from_si(1e-6));
+        let max = self.max.unwrap_or(Time::from_si(0.02));
+        (min, max, self.cfl.unwrap_or(0.4))
+    }
+}
+
 /// The material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -21,13 +21,12 @@ pub(super) fn time_step(c: &mut Checker<'_>, recipe: &Recipe) -> TimeStep {
         );
         return TimeStep::Fixed(c.positive("time_step.fixed", fixed.si()));
     }
-    let min = c.positive("time_step.min", step.min.map_or(1e-6, Time::si));
-    let max = c.positive("time_step.max", step.max.map_or(0.02, Time::si));
+    let (min, max, cfl) = step.limits();
     c.require(min <= max, "time_step.min", "is above time_step.max");
     TimeStep::Adaptive {
-        min,
-        max,
-        cfl: c.within("time_step.cfl", step.cfl.unwrap_or(0.4), 0.01..=1.0),
+        min: c.positive("time_step.min", min.si()),
+        max: c.positive("time_step.max", max.si()),
+        cfl: c.within("time_step.cfl", cfl, 0.01..=1.0),
     }
 }
 
