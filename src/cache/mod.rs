@@ -1,5 +1,18 @@
 //! What stages leave for one another on disk: boundary files, frames, tables.
 
+mod atomic;
+mod boundary;
+mod container;
+mod error;
+mod frame;
+mod table;
+
+pub use atomic::{write, write_json};
+pub use boundary::{read_solid, read_walls, write_solid, write_walls};
+pub use error::CacheError;
+pub use frame::{read_frame, write_frame};
+pub use table::Table;
+
 /// One picture of the cement in time: what `surface`, `export` and `preview` read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {

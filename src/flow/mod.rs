@@ -1,1 +1,160 @@
-//! Stages: files in, files out.
+//! Stages: files in, files out, and only what is stale runs.
+
+mod error;
+mod folder;
+mod frames;
+mod stage;
+mod stamp;
+
+pub use error::FlowError;
+pub use folder::Folder;
+pub use frames::FrameRange;
+pub use stage::Stage;
+
+use crate::cache;
+use crate::scene::{self, Finding, Scene};
+use serde_json::json;
+use stamp::{Inputs, Stamp};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+/// A recipe and the folder where its results go.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What is to be made.
+    pub scene: Scene,
+    /// Where it goes.
+    pub folder: Folder,
+    /// Only these frames, for the stages after the simulation.
+    pub frames: Option<FrameRange>,
+    /// Run even what is fresh.
+    pub force: bool,
+}
+
+/// What there is to tell while a stage runs.
+#[derive(Clone, Debug)]
+pub enum Event<'a> {
+    /// What is allowed but unlikely to be meant.
+    Warning(&'a Finding),
+    /// A stage begins.
+    Started(Stage),
+    /// A stage has nothing to do: its results are what they would be.
+    Fresh(Stage),
+    /// A stage has finished.
+    Finished {
+        /// Which.
+        stage: Stage,
+        /// How long it took [s].
+        seconds: f64,
+    },
+    /// A frame is on disk.
+    Frame(FrameReport),
+}
+
+/// How a simulation stands after a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameReport {
+    /// The frame just written.
+    pub frame: u32,
+    /// The last frame there will be.
+    pub last: u32,
+    /// Simulated time [s].
+    pub time: f64,
+    /// The last step [s].
+    pub dt: f64,
+    /// What limited it.
+    pub limit: &'static str,
+    /// Iterations of the pressure solver in the last step.
+    pub iterations: u32,
+    /// Relative change of the cement's volume.
+    pub volume_error: f64,
+    /// Wall-clock time since the start [s].
+    pub elapsed: f64,
+}
+
+/// Receives events; the only way in which stages speak.
+pub type Observer<'a> = dyn FnMut(Event<'_>) + 'a;
+
+impl Job {
+    /// Reads the recipe, opens the folder and locks the recipe into it.
+    pub fn open(
+        recipe: &Path,
+        overrides: &[String],
+        out: &Path,
+        force: bool,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, FlowError> {
+        let (said, scene) = scene::load(recipe, overrides)?;
+        for warning in &scene.warnings {
+            observer(Event::Warning(warning));
+        }
+        let folder = Folder::open(out, &scene.name, force)?;
+        let anchored = said.anchored(recipe.parent().unwrap_or(Path::new("")));
+        cache::write(&folder.lock(), anchored.to_toml().as_bytes())?;
+        Ok(Self {
+            scene,
+            folder,
+            frames: None,
+            force,
+        })
+    }
+
+    /// Runs one stage if its results are missing or stale. `work` writes the stage's files.
+    ///
+    /// With `frames` chosen, a stage after the simulation writes these only and leaves the others, and the stage
+    /// counts as stale or fresh as before.
+    pub fn perform(
+        &self,
+        stage: Stage,
+        observer: &mut Observer<'_>,
+        work: impl FnOnce(&Self, &mut Observer<'_>) -> Result<(), FlowError>,
+    ) -> Result<(), FlowError> {
+        let inputs = Inputs::of(stage, &self.scene, &self.folder)?;
+        let partial = self.frames.is_some() && stage > Stage::Simulate;
+        if !self.force && !partial && stamp::fresh(stage, &self.scene, &self.folder)?.is_some() {
+            observer(Event::Fresh(stage));
+            return Ok(());
+        }
+        observer(Event::Started(stage));
+        let started = Instant::now();
+        if !partial {
+            // Stamp first: results that are being replaced must not count as finished.
+            self.folder.clear(&[&format!("stamps/{stage}.json")])?;
+            self.folder.clear(stage.owns())?;
+        }
+        work(self, observer)?;
+        let seconds = started.elapsed().as_secs_f64();
+        if !partial {
+            Stamp::write(stage, &self.folder, inputs, seconds)?;
+            self.write_run_info()?;
+        }
+        observer(Event::Finished { stage, seconds });
+        Ok(())
+    }
+
+    /// `run.json`: what made these files, on what machine, how long it took.
+    fn write_run_info(&self) -> Result<(), FlowError> {
+        let stamps = Stage::ALL.into_iter().filter_map(|stage| {
+            let stamp = Stamp::read(stage, &self.folder)?;
+            let id = format!("{:08x}", stamp.id());
+            Some((stage.name(), json!({ "seconds": stamp.seconds, "id": id })))
+        });
+        let info = json!({
+            "program": env!("CARGO_PKG_NAME"),
+            "version": env!("CARGO_PKG_VERSION"),
+            "recipe": self.scene.name,
+            "seed": self.scene.sim.seed,
+            "machine": {
+                "system": std::env::consts::OS,
+                "architecture": std::env::consts::ARCH,
+                "threads": rayon::current_num_threads(),
+            },
+            "stages": stamps.collect::<BTreeMap<_, _>>(),
+        });
+        Ok(cache::write_json(&self.folder.run_info(), &info)?)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -66,7 +66,7 @@ impl Aabb {
 
     /// Whether it holds no point.
     pub fn is_empty(&self) -> bool {
-        (0..3).any(|axis| self.min[axis] > self.max[axis])
+        !(0..3).all(|axis| self.min[axis] <= self.max[axis])
     }
 
     /// Whether `point` lies inside or on the surface.

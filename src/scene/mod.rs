@@ -1,1 +1,67 @@
-//! What a recipe says, then what it means.
+//! What a recipe says, then what it means: checked, in SI, ready for the rooms below.
+
+mod document;
+mod error;
+mod meaning;
+mod place;
+mod recipe;
+mod resolve;
+mod show;
+
+pub use document::Document;
+pub use error::{Finding, SceneError};
+pub use meaning::{
+    Bone, Channel, Export, Fill, MeshFile, Place, Plane, Preview, Region, Scene, Surface, View,
+};
+pub use place::{
+    BodyRecipe, BoneFrame, BoneRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe,
+    InletRecipe, MeshRecipe, MeshUnit, PlaneRecipe, Ratio, RegionRecipe, SphereRecipe, WallRecipe,
+};
+pub use recipe::{
+    Axis, Bonding, CementRecipe, Modulus, PhaseRecipe, Recipe, TimeOrNone, TimeStepRecipe,
+};
+pub use show::{BoneLook, ExportRecipe, PreviewRecipe, SurfaceRecipe, ViewRecipe};
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Longer files are no recipes.
+const LONGEST: u64 = 1 << 20;
+
+/// Reads a recipe, applies `path=value` overrides, and checks what comes out.
+pub fn load(path: &Path, overrides: &[String]) -> Result<(Recipe, Scene), SceneError> {
+    let cannot_read = |source| SceneError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let mut text = String::new();
+    let file = File::open(path).map_err(cannot_read)?;
+    file.take(LONGEST + 1)
+        .read_to_string(&mut text)
+        .map_err(cannot_read)?;
+    if text.len() as u64 > LONGEST {
+        return Err(SceneError::TooLong {
+            path: path.to_owned(),
+            most: LONGEST,
+        });
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    read(&path.display().to_string(), &text, folder, overrides)
+}
+
+/// As [`load`], from text; `file` is what messages call it, meshes are relative to `folder`.
+pub fn read(
+    file: &str,
+    text: &str,
+    folder: &Path,
+    overrides: &[String],
+) -> Result<(Recipe, Scene), SceneError> {
+    let mut document = Document::parse(file, text)?;
+    for set in overrides {
+        document.r#override(set)?;
+    }
+    let recipe = document.recipe()?;
+    let scene = resolve::resolve(&document, &recipe, folder)?;
+    Ok((recipe, scene))
+}

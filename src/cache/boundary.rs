@@ -1,0 +1,165 @@
+//! Walls on disk: wall particles, and the solid that they stand for.
+
+use super::CacheError;
+use super::container::{self, Container, Values};
+use crate::grid::BrickGrid;
+use crate::math::Vec3;
+use crate::solid::{Shape, Solid};
+use crate::sph::WallParticles;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const WALLS: &str = "walls";
+const SOLID: &str = "solid";
+const NODES: usize = 512;
+
+#[derive(Serialize, Deserialize)]
+struct SolidMeta {
+    shapes: Vec<Shape>,
+    grids: Vec<GridMeta>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct GridMeta {
+    origin: Vec3,
+    voxel: f64,
+    background: f32,
+}
+
+/// Writes wall particles.
+pub fn write_walls(path: &Path, walls: &WallParticles) -> Result<(), CacheError> {
+    let position = walls.position.iter().flat_map(|x| [x.x, x.y, x.z]);
+    let arrays = [
+        ("position", Values::F64(position.collect())),
+        ("volume", Values::F64(walls.volume.clone())),
+    ];
+    container::write(path, WALLS, &(), &arrays)
+}
+
+/// Reads wall particles.
+pub fn read_walls(path: &Path) -> Result<WallParticles, CacheError> {
+    let mut file = Container::read(path, WALLS)?;
+    let position = file.take_points::<f64>("position", None)?;
+    let volume = file.take_finite("volume", Some(position.len()))?;
+    Ok(WallParticles {
+        position: position.into_iter().map(Vec3::from).collect(),
+        volume,
+    })
+}
+
+/// Writes a solid: its shapes in the header, its grids as bricks.
+pub fn write_solid(path: &Path, solid: &Solid) -> Result<(), CacheError> {
+    let grids = solid.grids.iter().map(|grid| GridMeta {
+        origin: grid.origin,
+        voxel: grid.voxel,
+        background: grid.background,
+    });
+    let meta = SolidMeta {
+        shapes: solid.shapes.clone(),
+        grids: grids.collect(),
+    };
+    let names: Vec<_> = (0..solid.grids.len()).map(names).collect();
+    let mut arrays = Vec::new();
+    for (grid, (first, values)) in solid.grids.iter().zip(&names) {
+        arrays.push((
+            first.as_str(),
+            Values::I32(grid.bricks().flat_map(|b| b.0).collect()),
+        ));
+        arrays.push((
+            values.as_str(),
+            Values::F32(grid.bricks().flat_map(|b| b.1.iter().copied()).collect()),
+        ));
+    }
+    container::write(path, SOLID, &meta, &arrays)
+}
+
+/// Reads a solid.
+pub fn read_solid(path: &Path) -> Result<Solid, CacheError> {
+    let damaged = |what: &str| CacheError::damaged(path, what);
+    let mut file = Container::read(path, SOLID)?;
+    let meta: SolidMeta = file.meta()?;
+    let mut grids = Vec::new();
+    for (n, grid) in meta.grids.into_iter().enumerate() {
+        if !(grid.voxel > 0.0 && grid.voxel.is_finite()) {
+            return Err(damaged("a grid's voxel is not above zero"));
+        }
+        let (first, values) = names(n);
+        let first = file.take::<i32>(&first)?;
+        let (first, rest) = first.as_chunks::<3>();
+        let values = file.take_finite::<f32>(&values, Some(NODES * first.len()))?;
+        if !rest.is_empty() || first.iter().flatten().any(|f| f % 8 != 0) {
+            return Err(damaged("a brick starts between bricks"));
+        }
+        let mut bricks = BrickGrid::new(grid.origin, grid.voxel, grid.background);
+        for (first, values) in first.iter().zip(values.as_chunks::<NODES>().0) {
+            bricks.insert_brick(*first, Box::new(*values));
+        }
+        grids.push(bricks);
+    }
+    Ok(Solid {
+        shapes: meta.shapes,
+        grids,
+    })
+}
+
+fn names(grid: usize) -> (String, String) {
+    (format!("grid{grid}.first"), format!("grid{grid}.values"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stream;
+
+    #[test]
+    fn walls_and_solids_come_back_with_the_same_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walls.osf");
+        let mut random = Stream::new(1, "boundary");
+        let walls = WallParticles {
+            position: (0..100).map(|_| random.cube()).collect(),
+            volume: (0..100).map(|_| random.unit()).collect(),
+        };
+        write_walls(&path, &walls).unwrap();
+        let read = read_walls(&path).unwrap();
+        assert_eq!((read.position, read.volume), (walls.position, walls.volume));
+        assert!(
+            read_solid(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("it holds a walls")
+        );
+
+        let mut grid = BrickGrid::new(random.cube(), 0.1 + 0.2, 3.5);
+        for _ in 0..200 {
+            let node = random.cube() * 40.0;
+            grid.set(
+                [node.x as i32, node.y as i32, node.z as i32],
+                random.unit() as f32,
+            );
+        }
+        let solid = Solid {
+            shapes: vec![Shape::Sphere {
+                centre: random.cube(),
+                radius: random.unit(),
+                hollow: true,
+            }],
+            grids: vec![grid, BrickGrid::new(Vec3::zeros(), 1.0, 0.0)],
+        };
+        write_solid(&path, &solid).unwrap();
+        let read = read_solid(&path).unwrap();
+        assert_eq!(read.shapes, solid.shapes);
+        assert_eq!(read.grids.len(), 2);
+        for (a, b) in read.grids.iter().zip(&solid.grids) {
+            assert_eq!(
+                (a.origin, a.voxel, a.background),
+                (b.origin, b.voxel, b.background)
+            );
+            assert!(a.bricks().eq(b.bricks()));
+        }
+        for _ in 0..200 {
+            let x = random.cube() * 10.0;
+            assert_eq!(read.distance(&x), solid.distance(&x));
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! What can be typed.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Simulates bone cement: how it mixes, and how it flows from a needle into porous bone.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub verb: Verb,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Each verb is one call into `scene` or `flow`.
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// Says what a recipe means and what is doubtful about it; runs nothing.
+    Check {
+        #[command(flatten)]
+        recipe: RecipeArguments,
+    },
+}
+
+/// A recipe, and changes to it.
+#[derive(Debug, Args)]
+pub(super) struct RecipeArguments {
+    /// The recipe, a TOML file such as pipeline/vertebra.toml.
+    pub recipe: PathBuf,
+    /// Overrides a key of the recipe, for example --set 'inlet[0].flow_rate=4 ml/min'.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// What every verb understands.
+#[derive(Debug, Args)]
+pub(super) struct Common {
+    /// Threads; results do not depend on how many [default: one a core].
+    #[arg(short = 'n', long, global = true, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Results as JSON on stdout.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Says nothing but errors.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Says more: `check` prints the recipe with everything filled in.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+        let typed = [
+            "osteoflow",
+            "check",
+            "a.toml",
+            "--set",
+            "a=1",
+            "--set",
+            "b=2",
+            "-n",
+            "2",
+            "--json",
+        ];
+        let Arguments { verb, common } = Arguments::try_parse_from(typed).unwrap();
+        let Verb::Check { recipe } = verb;
+        assert_eq!(recipe.overrides, ["a=1", "b=2"]);
+        assert_eq!(common.threads, Some(2));
+        assert!(common.json);
+    }
+}

@@ -1,0 +1,127 @@
+//! One line a frame on stderr: rewritten in place on a terminal, plain lines elsewhere.
+
+use crate::flow::{Event, FrameReport};
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+
+/// Turns events into lines.
+pub(super) struct Progress {
+    quiet: bool,
+    rewrite: bool,
+    /// A line without its end is on the terminal.
+    open: bool,
+}
+
+impl Progress {
+    pub fn new(quiet: bool) -> Self {
+        Self {
+            quiet,
+            rewrite: io::stderr().is_terminal(),
+            open: false,
+        }
+    }
+
+    /// Shows an event.
+    pub fn show(&mut self, event: &Event<'_>) {
+        if self.quiet {
+            return;
+        }
+        match event {
+            Event::Warning(finding) => self.line(&format!("warning: {finding}")),
+            Event::Started(stage) => self.line(&format!("{stage} …")),
+            Event::Fresh(stage) => self.line(&format!("{stage} is up to date")),
+            Event::Finished { stage, seconds } => {
+                self.line(&format!("{stage} took {seconds:.1} s"));
+            }
+            Event::Frame(report) if self.rewrite => {
+                // Back to the start, then clear what a longer line left behind.
+                put(&format!("\r{}\x1b[K", FrameLine(report)));
+                self.open = true;
+            }
+            Event::Frame(report) => self.line(&FrameLine(report).to_string()),
+        }
+    }
+
+    fn line(&mut self, text: &str) {
+        let end = if self.open { "\n" } else { "" };
+        self.open = false;
+        put(&format!("{end}{text}\n"));
+    }
+}
+
+/// A closed stderr is no reason to stop a simulation.
+fn put(text: &str) {
+    let mut stderr = io::stderr().lock();
+    let _ = stderr
+        .write_all(text.as_bytes())
+        .and_then(|()| stderr.flush());
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.open {
+            put("\n");
+        }
+    }
+}
+
+struct FrameLine<'a>(&'a FrameReport);
+
+impl fmt::Display for FrameLine<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let report = self.0;
+        let done = f64::from(report.frame) / f64::from(report.last);
+        let left = if report.frame == 0 {
+            "--:--".to_owned()
+        } else {
+            clock(report.elapsed / done - report.elapsed)
+        };
+        write!(
+            f,
+            "frame {}/{}  t={:.2} s  dt={:.2} ms ({})  it={}  volume {:+.0e}  ETA {left}",
+            report.frame,
+            report.last,
+            report.time,
+            report.dt * 1e3,
+            report.limit,
+            report.iterations,
+            report.volume_error,
+        )
+    }
+}
+
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes:02}:{seconds:02}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_one_line() {
+        let mut report = FrameReport {
+            frame: 37,
+            last: 250,
+            time: 1.48,
+            dt: 0.41e-3,
+            limit: "elastic",
+            iterations: 9,
+            volume_error: 2e-7,
+            elapsed: 37.0,
+        };
+        assert_eq!(
+            FrameLine(&report).to_string(),
+            "frame 37/250  t=1.48 s  dt=0.41 ms (elastic)  it=9  volume +2e-7  ETA 03:33"
+        );
+        report.frame = 0;
+        assert!(FrameLine(&report).to_string().ends_with("ETA --:--"));
+        assert_eq!(clock(3723.4), "1:02:03");
+    }
+}

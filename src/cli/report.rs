@@ -1,0 +1,61 @@
+//! What `check` says about a recipe.
+
+use crate::math::Real;
+use crate::scene::Scene;
+use serde_json::json;
+use std::fmt::Write;
+
+/// For people.
+pub(super) fn text(scene: &Scene) -> String {
+    let sim = &scene.sim;
+    let mut lines = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing into a string cannot fail.
+        let _ = writeln!(lines, "{name:<12} {value}");
+    };
+    line("name", scene.name.clone());
+    line("spacing", format!("{} mm", millimetres(sim.spacing)));
+    line(
+        "particles",
+        format!("at most {} (walls not counted)", scene.particles),
+    );
+    let frames = (sim.duration * sim.frames_per_second + 1e-9).floor();
+    line(
+        "frames",
+        format!("{frames} after the start, over {} s", sim.duration),
+    );
+    let extent = sim.domain.extent().map(millimetres);
+    line(
+        "domain",
+        format!("{} × {} × {} mm", extent.x, extent.y, extent.z),
+    );
+    for inlet in &sim.inlets {
+        let percent = inlet.polymer_fraction * 100.0;
+        let dose = inlet.dose * 1e6;
+        let seconds = inlet.dose / inlet.flow_rate;
+        let value = format!(
+            "{}: {dose:.3} ml in {seconds:.2} s, {percent:.1} % polymer",
+            inlet.name
+        );
+        line("inlet", value);
+    }
+    if let Some(bone) = &scene.bone {
+        line("bone", bone.file.path.display().to_string());
+        for region in &bone.regions {
+            line("region", format!("{}: {:?}", region.name, region.fill));
+        }
+    }
+    lines
+}
+
+/// To a nanometre, so that the last bits of a difference do not show.
+fn millimetres(length: Real) -> Real {
+    (length * 1e9).round() / 1e6
+}
+
+/// For programs.
+pub(super) fn json(scene: &Scene) -> String {
+    let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
+    let report = json!({ "scene": scene, "warnings": warnings });
+    format!("{report:#}\n")
+}

@@ -1,0 +1,68 @@
+//! Why a stage did not finish.
+
+use super::Stage;
+use crate::cache::CacheError;
+use crate::scene::SceneError;
+use std::path::PathBuf;
+
+/// Why a stage did not finish.
+#[derive(Debug, thiserror::Error)]
+pub enum FlowError {
+    /// The recipe is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A file of ours cannot be read or written.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// The output folder belongs to something else.
+    #[error("{folder} {why}: choose another folder with --out, or give --force to use this one")]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// Whose it is.
+        why: String,
+    },
+    /// A stage was asked for before what it reads is there.
+    #[error(
+        "{stage} needs the results of {needed}, which are missing or out of date: run it first"
+    )]
+    Missing {
+        /// What was asked for.
+        stage: Stage,
+        /// What has to come before.
+        needed: Stage,
+    },
+    /// `--frames` that selects nothing.
+    #[error("--frames {range}: there are frames {first} to {last}")]
+    NoFrames {
+        /// As asked.
+        range: super::FrameRange,
+        /// The first that there is.
+        first: u32,
+        /// The last that there is.
+        last: u32,
+    },
+    /// A mesh that the recipe names cannot be read.
+    #[error("cannot read {path}, which the recipe names")]
+    Input {
+        /// The mesh.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file or folder that cannot be used.
+    #[error("{path}")]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl FlowError {
+    pub(super) fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, source }
+    }
+}

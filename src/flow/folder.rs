@@ -1,0 +1,163 @@
+//! The output folder: what lies where, and whether it is ours.
+
+use super::{FlowError, FrameRange, Stage};
+use crate::scene::Document;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// An output folder.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    root: PathBuf,
+}
+
+impl Folder {
+    /// Opens a folder for the recipe `name`, making it if need be. A folder that holds anything else is refused
+    /// unless `force`.
+    pub fn open(root: &Path, name: &str, force: bool) -> Result<Self, FlowError> {
+        let folder = Self {
+            root: root.to_owned(),
+        };
+        let occupied = |why: String| FlowError::Occupied {
+            folder: root.to_owned(),
+            why,
+        };
+        let empty = match fs::read_dir(root) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == ErrorKind::NotFound => true,
+            Err(e) => return Err(FlowError::io(root)(e)),
+        };
+        if !empty && !force {
+            let lock = fs::read_to_string(folder.lock())
+                .map_err(|_| occupied("is not empty and not an output folder".to_owned()))?;
+            let owner = Document::parse("lock", &lock).and_then(|document| document.recipe());
+            match owner {
+                Ok(recipe) if recipe.name == name => {}
+                Ok(recipe) => {
+                    return Err(occupied(format!(
+                        "holds the results of \"{}\"",
+                        recipe.name
+                    )));
+                }
+                Err(_) => return Err(occupied("holds the results of another version".to_owned())),
+            }
+        }
+        fs::create_dir_all(root).map_err(FlowError::io(root))?;
+        Ok(folder)
+    }
+
+    /// The folder itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The recipe with everything filled in.
+    pub fn lock(&self) -> PathBuf {
+        self.root.join("recipe.lock.toml")
+    }
+
+    /// Version, machine, timings.
+    pub fn run_info(&self) -> PathBuf {
+        self.root.join("run.json")
+    }
+
+    /// One row a frame.
+    pub fn stats(&self) -> PathBuf {
+        self.root.join("stats.csv")
+    }
+
+    /// Wall particles.
+    pub fn walls(&self) -> PathBuf {
+        self.root.join("boundary/walls.osf")
+    }
+
+    /// Signed distance of everything solid.
+    pub fn solid(&self) -> PathBuf {
+        self.root.join("boundary/solid.osf")
+    }
+
+    /// A frame of particles.
+    pub fn frame(&self, n: u32) -> PathBuf {
+        self.root.join(format!("frames/{n:06}.osf"))
+    }
+
+    /// A frame's surface.
+    pub fn surface(&self, n: u32) -> PathBuf {
+        self.root.join(format!("surface/cement.{n:04}.obj"))
+    }
+
+    /// A frame's volumes.
+    pub fn vdb(&self, n: u32) -> PathBuf {
+        self.root.join(format!("vdb/cement.{n:04}.vdb"))
+    }
+
+    /// A frame's picture in one view.
+    pub fn picture(&self, view: &str, n: u32) -> PathBuf {
+        self.root.join(format!("preview/{view}.{n:04}.png"))
+    }
+
+    /// What a stage noted when it finished.
+    pub fn stamp(&self, stage: Stage) -> PathBuf {
+        self.root.join(format!("stamps/{stage}.json"))
+    }
+
+    /// The frames that are there, ascending, within the range.
+    pub fn frames(&self, range: Option<FrameRange>) -> Result<Vec<u32>, FlowError> {
+        let number = |path: &str| {
+            path.strip_prefix("frames/")?
+                .strip_suffix(".osf")?
+                .parse()
+                .ok()
+        };
+        let files = self.files_of(&["frames"])?;
+        let frames: Vec<u32> = files.iter().filter_map(|(path, _)| number(path)).collect();
+        let chosen: Vec<u32> = frames
+            .iter()
+            .copied()
+            .filter(|&n| range.is_none_or(|r| r.contains(n)))
+            .collect();
+        match (range, frames.first(), frames.last()) {
+            (Some(range), Some(&first), Some(&last)) if chosen.is_empty() => {
+                Err(FlowError::NoFrames { range, first, last })
+            }
+            _ => Ok(chosen),
+        }
+    }
+
+    /// Files and their lengths under the given names, sorted; paths are relative with `/` on every system.
+    pub(super) fn files_of(&self, names: &[&str]) -> Result<Vec<(String, u64)>, FlowError> {
+        let mut files = Vec::new();
+        for name in names {
+            let path = self.root.join(name);
+            let metadata = match fs::metadata(&path) {
+                Ok(metadata) => metadata,
+                Err(e) if e.kind() == ErrorKind::NotFound => continue,
+                Err(e) => return Err(FlowError::io(path)(e)),
+            };
+            if metadata.is_file() {
+                files.push(((*name).to_owned(), metadata.len()));
+                continue;
+            }
+            for entry in fs::read_dir(&path).map_err(FlowError::io(&path))? {
+                let entry = entry.map_err(FlowError::io(&path))?;
+                let metadata = entry.metadata().map_err(FlowError::io(entry.path()))?;
+                if metadata.is_file() {
+                    let file = entry.file_name().to_string_lossy().into_owned();
+                    files.push((format!("{name}/{file}"), metadata.len()));
+                }
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+
+    /// Removes what a stage left earlier.
+    pub(super) fn clear(&self, names: &[&str]) -> Result<(), FlowError> {
+        for (file, _) in self.files_of(names)? {
+            let path = self.root.join(file);
+            fs::remove_file(&path).map_err(FlowError::io(&path))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! The stages: what each depends on, and what belongs to it in the output folder.
+
+use crate::scene::Scene;
+use serde_json::{Value, json};
+use std::fmt;
+use std::path::Path;
+
+/// One walk from files to files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Meshes and shapes → wall particles and signed distance.
+    Voxelise,
+    /// Walls → frames of particles.
+    Simulate,
+    /// Frames → triangle meshes.
+    Surface,
+    /// Frames → OpenVDB volumes.
+    Export,
+    /// Surfaces and walls → pictures.
+    Preview,
+}
+
+impl Stage {
+    /// All, each after what it needs.
+    pub const ALL: [Self; 5] = [
+        Self::Voxelise,
+        Self::Simulate,
+        Self::Surface,
+        Self::Export,
+        Self::Preview,
+    ];
+
+    /// The verb that runs it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Voxelise => "voxelise",
+            Self::Simulate => "simulate",
+            Self::Surface => "surface",
+            Self::Export => "export",
+            Self::Preview => "preview",
+        }
+    }
+
+    /// The stages whose files it reads.
+    pub fn needs(self) -> &'static [Self] {
+        match self {
+            Self::Voxelise => &[],
+            Self::Simulate => &[Self::Voxelise],
+            Self::Surface | Self::Export => &[Self::Simulate],
+            Self::Preview => &[Self::Voxelise, Self::Surface],
+        }
+    }
+
+    /// Files and folders in the output folder that are its own.
+    pub(super) fn owns(self) -> &'static [&'static str] {
+        match self {
+            Self::Voxelise => &["boundary"],
+            Self::Simulate => &["frames", "stats.csv"],
+            Self::Surface => &["surface"],
+            Self::Export => &["vdb"],
+            Self::Preview => &["preview"],
+        }
+    }
+
+    /// The part of the scene that its results depend on.
+    pub(super) fn settings(self, scene: &Scene) -> Value {
+        let sim = &scene.sim;
+        match self {
+            Self::Voxelise => json!({
+                "shapes": scene.shapes,
+                "meshes": scene.meshes,
+                "bone": scene.bone,
+                "spacing": sim.spacing,
+                "support_ratio": sim.support_ratio,
+                "domain": sim.domain,
+                "periodic": sim.periodic,
+            }),
+            Self::Simulate => json!(sim),
+            Self::Surface => json!(scene.surface),
+            Self::Export => json!(scene.export),
+            Self::Preview => json!(scene.preview),
+        }
+    }
+
+    /// Files from outside that it reads.
+    pub(super) fn files(self, scene: &Scene) -> Vec<&Path> {
+        match self {
+            Self::Voxelise => {
+                let bone = scene.bone.iter().map(|bone| &bone.file);
+                bone.chain(&scene.meshes)
+                    .map(|file| file.path.as_path())
+                    .collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

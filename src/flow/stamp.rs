@@ -1,0 +1,119 @@
+//! What a stage read and wrote when it last finished: whether it has to run again.
+
+use super::{FlowError, Folder, Stage};
+use crate::cache;
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+/// Everything that a stage's results depend on. Kept in full, not as a hash: a stamp can be read, and two that
+/// differ say where.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Inputs {
+    version: String,
+    settings: Value,
+    /// Length and CRC-32 of each file from outside.
+    files: Vec<(u64, u32)>,
+    /// What the stages before it were, by name.
+    upstream: BTreeMap<String, u32>,
+}
+
+/// Inputs and outputs of a finished stage.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Stamp {
+    inputs: Inputs,
+    /// Path and length of each file that it left.
+    outputs: Vec<(String, u64)>,
+    /// How long it took [s].
+    pub seconds: f64,
+}
+
+impl Inputs {
+    /// What the stage would depend on if it ran now.
+    pub fn of(stage: Stage, scene: &Scene, folder: &Folder) -> Result<Self, FlowError> {
+        let mut upstream = BTreeMap::new();
+        for &needed in stage.needs() {
+            let stamp =
+                fresh(needed, scene, folder)?.ok_or(FlowError::Missing { stage, needed })?;
+            upstream.insert(needed.name().to_owned(), stamp.id());
+        }
+        let files = stage.files(scene);
+        Ok(Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            settings: stage.settings(scene),
+            files: files.into_iter().map(checksum).collect::<Result<_, _>>()?,
+            upstream,
+        })
+    }
+}
+
+impl Stamp {
+    /// Notes what the stage left.
+    pub fn write(
+        stage: Stage,
+        folder: &Folder,
+        inputs: Inputs,
+        seconds: f64,
+    ) -> Result<(), FlowError> {
+        let stamp = Self {
+            inputs,
+            outputs: folder.files_of(stage.owns())?,
+            seconds,
+        };
+        Ok(cache::write_json(&folder.stamp(stage), &stamp)?)
+    }
+
+    /// The stamp of a stage; none if it never finished or the file makes no sense.
+    pub fn read(stage: Stage, folder: &Folder) -> Option<Self> {
+        let text = fs::read(folder.stamp(stage)).ok()?;
+        serde_json::from_slice(&text).ok()
+    }
+
+    /// Differs when inputs or outputs do; not when only the time taken does.
+    pub fn id(&self) -> u32 {
+        let mut hash = crc32fast::Hasher::new();
+        hash.update(format!("{:?} {:?}", self.inputs, self.outputs).as_bytes());
+        hash.finalize()
+    }
+}
+
+/// The stamp of a stage whose results are what they would be if it ran now.
+pub(super) fn fresh(
+    stage: Stage,
+    scene: &Scene,
+    folder: &Folder,
+) -> Result<Option<Stamp>, FlowError> {
+    let Some(stamp) = Stamp::read(stage, folder) else {
+        return Ok(None);
+    };
+    let inputs = match Inputs::of(stage, scene, folder) {
+        Ok(inputs) => inputs,
+        Err(FlowError::Missing { .. }) => return Ok(None),
+        Err(other) => return Err(other),
+    };
+    let same = stamp.inputs == inputs && stamp.outputs == folder.files_of(stage.owns())?;
+    Ok(same.then_some(stamp))
+}
+
+fn checksum(path: &Path) -> Result<(u64, u32), FlowError> {
+    let failed = |source| FlowError::Input {
+        path: path.to_owned(),
+        source,
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut hash = crc32fast::Hasher::new();
+    let mut length = 0;
+    let mut block = vec![0; 1 << 16];
+    loop {
+        let read = file.read(&mut block).map_err(failed)?;
+        if read == 0 {
+            return Ok((length, hash.finalize()));
+        }
+        length += read as u64;
+        hash.update(&block[..read]);
+    }
+}

@@ -1,0 +1,278 @@
+//! What a recipe says about where things are: bodies, walls, the bone, inlets.
+//!
+//! A region is one of several keys (`box`, `sphere`, …), all optional here: errors then keep their line, which
+//! serde's tagged enums would lose.
+
+use super::recipe::Axis;
+use crate::math::Real;
+use crate::units::{FlowRate, Length, Quoted, Velocity, Volume};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::fmt;
+use std::str::FromStr;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxRecipe {
+    /// Lower corner.
+    pub min: [Length; 3],
+    /// Upper corner.
+    pub max: [Length; 3],
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereRecipe {
+    /// Centre.
+    pub centre: [Length; 3],
+    /// Radius.
+    pub radius: Length,
+}
+
+/// A capped cylinder.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderRecipe {
+    /// Centre of the first cap.
+    pub base: [Length; 3],
+    /// Towards the second cap; any length but zero.
+    pub axis: [Real; 3],
+    /// Distance between the caps.
+    pub length: Length,
+    /// Radius.
+    pub radius: Length,
+}
+
+/// Everything behind a plane is solid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneRecipe {
+    /// A point on it.
+    pub point: [Length; 3],
+    /// Into the open; any length but zero.
+    pub normal: [Real; 3],
+}
+
+/// An ellipsoid along the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidRecipe {
+    /// Centre.
+    pub centre: [Length; 3],
+    /// Half axes along x, y, z.
+    pub radii: [Length; 3],
+}
+
+/// Fluid at the start: one region, filled where no wall is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyRecipe {
+    /// A box of fluid,
+    pub r#box: Option<BoxRecipe>,
+    /// or a ball,
+    pub sphere: Option<SphereRecipe>,
+    /// or a cylinder.
+    pub cylinder: Option<CylinderRecipe>,
+    /// α of the polymer phase [1].
+    pub polymer_fraction: Real,
+    /// Start velocity; at rest if not given.
+    pub velocity: Option<[Velocity; 3]>,
+}
+
+/// A solid: one region; with `hollow` everything outside it is solid instead.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallRecipe {
+    /// A box,
+    pub r#box: Option<BoxRecipe>,
+    /// or a ball,
+    pub sphere: Option<SphereRecipe>,
+    /// or a cylinder,
+    pub cylinder: Option<CylinderRecipe>,
+    /// or everything behind a plane,
+    pub plane: Option<PlaneRecipe>,
+    /// or a closed mesh.
+    pub mesh: Option<MeshRecipe>,
+    /// A container: solid outside instead of inside.
+    #[serde(default)]
+    pub hollow: bool,
+}
+
+/// A mesh file, and what its numbers mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshRecipe {
+    /// OBJ file, relative to the recipe.
+    pub path: String,
+    /// What a 1 in the file is.
+    pub unit: MeshUnit,
+    /// Which axis of the file points up.
+    pub up: Axis,
+}
+
+/// What a 1 in a mesh file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeshUnit {
+    /// Millimetre.
+    Mm,
+    /// Centimetre.
+    Cm,
+    /// Metre.
+    M,
+}
+
+impl MeshUnit {
+    /// In metres.
+    pub fn metres(self) -> Real {
+        match self {
+            Self::Mm => 1e-3,
+            Self::Cm => 1e-2,
+            Self::M => 1.0,
+        }
+    }
+}
+
+/// A bone: its outer surface as a mesh, and what is inside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoneRecipe {
+    /// OBJ file, relative to the recipe.
+    pub mesh: String,
+    /// What a 1 in the file is.
+    pub unit: MeshUnit,
+    /// Which axis of the file points up.
+    pub up: Axis,
+    /// Whether the recipe's points are the bone's own.
+    #[serde(default)]
+    pub frame: BoneFrame,
+    /// Thickness of the cortical shell.
+    pub cortex: Length,
+    /// Trabecular regions; the first that holds a point counts there.
+    #[serde(default)]
+    pub region: Vec<RegionRecipe>,
+}
+
+/// Where the origin and the axes of the recipe lie in the bone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum BoneFrame {
+    /// Origin in the centre of the vertebral body, x to the left, y to the back, z up.
+    #[default]
+    #[serde(rename = "anatomical")]
+    Anatomical,
+    /// As in the file, turned z up.
+    #[serde(rename = "as is")]
+    AsIs,
+}
+
+/// Trabecular bone somewhere inside: struts of a period, thick by diameter or by the porosity they leave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionRecipe {
+    /// What the report calls it.
+    pub name: String,
+    /// Inside this box,
+    pub r#box: Option<BoxRecipe>,
+    /// or inside this ellipsoid; neither: everywhere else.
+    pub ellipsoid: Option<EllipsoidRecipe>,
+    /// Distance from strut to strut.
+    pub strut_period: Length,
+    /// Thickness of a strut,
+    pub strut_diameter: Option<Length>,
+    /// or the open fraction to be met [1].
+    pub porosity: Option<Real>,
+}
+
+/// A round opening from which cement is pressed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InletRecipe {
+    /// What the tables call it.
+    pub name: String,
+    /// Centre of the opening; with a cannula: of its tip.
+    pub position: [Length; 3],
+    /// Of the flow; any length but zero.
+    pub direction: [Real; 3],
+    /// Inner diameter.
+    pub diameter: Length,
+    /// The tube that leads there.
+    pub cannula: Option<CannulaRecipe>,
+    /// Volume per time.
+    pub flow_rate: FlowRate,
+    /// Liquid to polymer by volume, `"0.45:0.55"`,
+    pub ratio: Option<Ratio>,
+    /// or α of the polymer phase [1].
+    pub polymer_fraction: Option<Real>,
+    /// Volume after which it stops.
+    pub dose: Volume,
+}
+
+/// The end of a cannula.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CannulaRecipe {
+    /// Simulated length, back from the tip.
+    pub length: Length,
+    /// Outer diameter.
+    pub outer_diameter: Length,
+    /// Bone is cleared this far around the tube and before its tip.
+    pub clearance: Length,
+}
+
+/// Liquid to polymer by volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// Parts of liquid.
+    pub liquid: Real,
+    /// Parts of polymer.
+    pub polymer: Real,
+}
+
+impl Ratio {
+    /// α of the polymer phase [1].
+    pub fn polymer_fraction(self) -> Real {
+        self.polymer / (self.liquid + self.polymer)
+    }
+}
+
+impl FromStr for Ratio {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("expected a ratio liquid : polymer such as \"0.45:0.55\", found {text:?}");
+        let part = |part: &str| part.trim().parse::<Real>().ok();
+        let (liquid, polymer) = text.split_once(':').ok_or_else(expected)?;
+        let (Some(liquid), Some(polymer)) = (part(liquid), part(polymer)) else {
+            return Err(expected());
+        };
+        let sum = liquid + polymer;
+        if liquid >= 0.0 && polymer >= 0.0 && sum > 0.0 && sum.is_finite() {
+            Ok(Self { liquid, polymer })
+        } else {
+            Err(expected())
+        }
+    }
+}
+
+impl fmt::Display for Ratio {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.liquid, self.polymer)
+    }
+}
+
+impl Serialize for Ratio {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Ratio {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer
+            .deserialize_any(Quoted("expected a ratio such as \"0.45:0.55\""))?
+            .parse()
+            .map_err(D::Error::custom)
+    }
+}

@@ -1,0 +1,282 @@
+//! A recipe as it is written: one field a key, units kept, nothing checked but the type.
+//!
+//! Serialised again with all defaults filled in it is `recipe.lock.toml`, which is itself a recipe.
+
+use super::place::{BodyRecipe, BoneRecipe, BoxRecipe, InletRecipe, WallRecipe};
+use super::show::{ExportRecipe, PreviewRecipe, SurfaceRecipe};
+use crate::math::Real;
+use crate::sim::{Scheme, StressStep};
+use crate::units::{
+    Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity,
+};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::path::Path;
+
+/// A whole recipe.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recipe {
+    /// What reports call it.
+    pub name: String,
+    /// Which list of terms a step is: `"imm_ct"`, `"imm"` or `"dfsph"`.
+    #[serde(default = "default_scheme")]
+    pub scheme: Scheme,
+    /// `"coupled"` (steps at the CFL limit) or `"explicit"`.
+    #[serde(default = "default_stress")]
+    pub stress: StressStep,
+    /// Distance between particles at rest.
+    pub spacing: Length,
+    /// Support radius of the kernel, in spacings.
+    #[serde(default = "default_support_ratio")]
+    pub support_ratio: Real,
+    /// Simulated time.
+    pub duration: Time,
+    /// Frames per simulated second.
+    pub frames_per_second: Frequency,
+    /// Body acceleration.
+    #[serde(default = "default_gravity")]
+    pub gravity: [Acceleration; 3],
+    /// Axes that wrap around at the domain.
+    #[serde(default)]
+    pub periodic: Vec<Axis>,
+    /// Seed of everything random.
+    #[serde(default = "default_seed")]
+    pub seed: u32,
+    /// Start jitter of the lattice, in spacings.
+    #[serde(default)]
+    pub jitter: Real,
+    /// Skip what a scene does not need; changes speed, never bits.
+    #[serde(default = "default_skip")]
+    pub skip_unneeded: bool,
+    /// Where the simulation takes place.
+    pub domain: BoxRecipe,
+    /// Time-step control.
+    #[serde(default)]
+    pub time_step: TimeStepRecipe,
+    /// What flows.
+    #[serde(default)]
+    pub cement: CementRecipe,
+    /// Fluid at the start.
+    #[serde(default)]
+    pub body: Vec<BodyRecipe>,
+    /// Solids other than the bone.
+    #[serde(default)]
+    pub wall: Vec<WallRecipe>,
+    /// The bone.
+    pub bone: Option<BoneRecipe>,
+    /// Fluid that comes in.
+    #[serde(default)]
+    pub inlet: Vec<InletRecipe>,
+    /// How the cement's surface is drawn out of the particles.
+    #[serde(default)]
+    pub surface: SurfaceRecipe,
+    /// How volumes are written.
+    #[serde(default)]
+    pub export: ExportRecipe,
+    /// Pictures.
+    #[serde(default)]
+    pub preview: PreviewRecipe,
+}
+
+impl Recipe {
+    /// As text, everything filled in: a recipe that means the same.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a recipe holds nothing that TOML cannot say")
+    }
+
+    /// The recipe with its mesh paths made absolute, so that it can be stored anywhere; they were relative to
+    /// `folder`.
+    #[must_use]
+    pub fn anchored(&self, folder: &Path) -> Self {
+        let anchor = |path: &mut String| {
+            if let Ok(whole) = std::path::absolute(folder.join(&*path)) {
+                *path = whole.display().to_string();
+            }
+        };
+        let mut recipe = self.clone();
+        recipe
+            .bone
+            .iter_mut()
+            .for_each(|bone| anchor(&mut bone.mesh));
+        let meshes = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
+        meshes.for_each(|mesh| anchor(&mut mesh.path));
+        recipe
+    }
+}
+
+/// An axis of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// To the patient's left in the anatomical frame.
+    X,
+    /// To the back in the anatomical frame.
+    Y,
+    /// Up.
+    Z,
+}
+
+/// Either `fixed`, or an adaptive step between `min` and `max`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeStepRecipe {
+    /// Always this step.
+    pub fixed: Option<Time>,
+    /// Never below; 1 µs if not given.
+    pub min: Option<Time>,
+    /// Never above; 20 ms if not given.
+    pub max: Option<Time>,
+    /// Fraction of a spacing that a particle may move in a step; 0.4 if not given.
+    pub cfl: Option<Real>,
+}
+
+impl TimeStepRecipe {
+    /// With the defaults of an adaptive step, unless it is fixed.
+    #[must_use]
+    pub fn filled(self) -> Self {
+        if self.fixed.is_some() {
+            return self;
+        }
+        let (min, max, cfl) = self.limits();
+        Self {
+            fixed: None,
+            min: Some(min),
+            max: Some(max),
+            cfl: Some(cfl),
+        }
+    }
+
+    /// `min`, `max` and `cfl` as given, or else their defaults.
+    pub fn limits(self) -> (Time, Time, Real) {
+        let min = self.min.unwrap_or(Time::from_si(1e-6));
+        let max = self.max.unwrap_or(Time::from_si(0.02));
+        (min, max, self.cfl.unwrap_or(0.4))
+    }
+}
+
+/// The material.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CementRecipe {
+    /// The solvent (monomer).
+    pub liquid: PhaseRecipe,
+    /// The solute (polymer powder).
+    pub polymer: PhaseRecipe,
+    /// λ: how long the polymer remembers.
+    pub relaxation_time: Time,
+    /// γ: thinning factor.
+    pub thinning: Rate,
+    /// C_d⁰ [1].
+    pub rest_drag: Real,
+    /// C_f: phase diffusion coefficient.
+    pub diffusion: Diffusion,
+    /// Bonding network as printed, or divided by the kernel sum.
+    pub bonding: Bonding,
+    /// Modulus c η/λ, or c η as printed.
+    pub modulus: Modulus,
+    /// Time in which friction halts the slip between the phases; `"none"`: the paper's model.
+    pub slip_relaxation: TimeOrNone,
+}
+
+/// One phase at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PhaseRecipe {
+    /// ρ_k⁰.
+    pub density: Density,
+    /// η_k.
+    pub viscosity: Viscosity,
+}
+
+/// How the bonding network (Eq. 10) is summed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bonding {
+    /// As printed: saturates below 1.
+    Literal,
+    /// Divided by the kernel sum, so that it reaches 1 in pure polymer.
+    Normalised,
+}
+
+/// The elastic modulus of (Eq. 13).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Modulus {
+    /// c η/λ [Pa]: has the Newtonian limit.
+    Physical,
+    /// c η, as printed.
+    Literal,
+}
+
+/// A time, or the word `"none"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeOrNone(pub Option<Time>);
+
+impl Serialize for TimeOrNone {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Some(time) => time.serialize(serializer),
+            None => serializer.serialize_str("none"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for TimeOrNone {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let expected = Quoted("expected a time such as \"0.05 s\", or \"none\"");
+        let text = deserializer.deserialize_any(expected)?;
+        if text.trim() == "none" {
+            return Ok(Self(None));
+        }
+        let time = text.parse().map_err(D::Error::custom)?;
+        Ok(Self(Some(time)))
+    }
+}
+
+/// PMMA cement in its first minutes, with the phase viscosities of [IMM-CT].
+impl Default for CementRecipe {
+    fn default() -> Self {
+        Self {
+            liquid: PhaseRecipe {
+                density: Density::from_si(940.0),
+                viscosity: Viscosity::from_si(0.01),
+            },
+            polymer: PhaseRecipe {
+                density: Density::from_si(1180.0),
+                viscosity: Viscosity::from_si(8.0),
+            },
+            relaxation_time: Time::from_si(0.05),
+            thinning: Rate::from_si(0.5),
+            rest_drag: 0.5,
+            diffusion: Diffusion::from_si(1e-7),
+            bonding: Bonding::Normalised,
+            modulus: Modulus::Physical,
+            slip_relaxation: TimeOrNone(None),
+        }
+    }
+}
+
+fn default_scheme() -> Scheme {
+    Scheme::ImmCt
+}
+
+fn default_stress() -> StressStep {
+    StressStep::Coupled
+}
+
+/// Balanced: 2.0 is faster, 3.0 more accurate; below 2.4 a resting column shows an odd–even pressure.
+fn default_support_ratio() -> Real {
+    2.4
+}
+
+fn default_gravity() -> [Acceleration; 3] {
+    [0.0, 0.0, -9.81].map(Acceleration::from_si)
+}
+
+fn default_seed() -> u32 {
+    1
+}
+
+fn default_skip() -> bool {
+    true
+}

@@ -1,0 +1,368 @@
+//! Bodies, walls, the bone, inlets and their cannulas.
+
+use super::check::{Checker, point};
+use crate::math::{Aabb, Real, Vec3};
+use crate::scene::place::{
+    BodyRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, Ratio,
+    SphereRecipe,
+};
+use crate::scene::recipe::Recipe;
+use crate::scene::{Bone, Channel, Fill, MeshFile, Place, Region};
+use crate::sim::{Body, BodyShape, Inlet};
+use crate::solid::Shape;
+use crate::units::Velocity;
+use std::path::Path;
+
+/// Fewer spacings than this across an opening do not carry a flow profile.
+const LEAST_ACROSS: Real = 3.0;
+
+pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec<Body> {
+    let mut bodies = Vec::new();
+    for (n, body) in recipe.body.iter().enumerate() {
+        let key = format!("body[{n}]");
+        let polymer_fraction = c.within(
+            &format!("{key}.polymer_fraction"),
+            body.polymer_fraction,
+            0.0..=1.0,
+        );
+        let Some((shape, bounds)) = body_shape(c, &key, body) else {
+            continue;
+        };
+        // A hair of tolerance: "0.1 m" as a centre plus a radius need not add up to the last bit.
+        let room = domain.grown(1e-9 * domain.extent().max());
+        c.require(
+            room.contains(&bounds.min) && room.contains(&bounds.max),
+            &key,
+            "reaches out of the domain",
+        );
+        bodies.push(Body {
+            shape,
+            polymer_fraction,
+            velocity: body
+                .velocity
+                .map_or(Vec3::zeros(), |v| v.map(Velocity::si).into()),
+        });
+    }
+    bodies
+}
+
+fn body_shape(c: &mut Checker<'_>, key: &str, body: &BodyRecipe) -> Option<(BodyShape, Aabb)> {
+    let given = [
+        body.r#box.is_some(),
+        body.sphere.is_some(),
+        body.cylinder.is_some(),
+    ];
+    c.exactly_one(key, &["box", "sphere", "cylinder"], &given)?;
+    if let Some(bounds) = &body.r#box {
+        let bounds = c.bounds(&format!("{key}.box"), bounds);
+        return Some((BodyShape::Box(bounds), bounds));
+    }
+    if let Some(ball) = &body.sphere {
+        let (centre, radius) = sphere(c, key, ball);
+        let bounds = Aabb::around([&centre]).grown(radius);
+        return Some((BodyShape::Sphere { centre, radius }, bounds));
+    }
+    body.cylinder.as_ref().map(|round| {
+        let (base, axis, length, radius) = cylinder(c, key, round);
+        // Half extents of a disc of this radius across the axis.
+        let disc = axis.map(|a| radius * (1.0 - a * a).max(0.0).sqrt());
+        let end = base + axis * length;
+        let bounds = Aabb::around([&(base - disc), &(base + disc), &(end - disc), &(end + disc)]);
+        let shape = BodyShape::Cylinder {
+            base,
+            axis,
+            length,
+            radius,
+        };
+        (shape, bounds)
+    })
+}
+
+fn sphere(c: &mut Checker<'_>, key: &str, sphere: &SphereRecipe) -> (Vec3, Real) {
+    let radius = c.positive(&format!("{key}.sphere.radius"), sphere.radius.si());
+    (point(sphere.centre), radius)
+}
+
+fn cylinder(c: &mut Checker<'_>, key: &str, cylinder: &CylinderRecipe) -> (Vec3, Vec3, Real, Real) {
+    let key = |part| format!("{key}.cylinder.{part}");
+    (
+        point(cylinder.base),
+        c.direction(&key("axis"), cylinder.axis),
+        c.positive(&key("length"), cylinder.length.si()),
+        c.positive(&key("radius"), cylinder.radius.si()),
+    )
+}
+
+/// Walls with a closed formula, and the cannulas.
+pub(super) fn shapes(c: &mut Checker<'_>, recipe: &Recipe) -> Vec<Shape> {
+    let mut shapes = Vec::new();
+    for (n, wall) in recipe.wall.iter().enumerate() {
+        let key = format!("wall[{n}]");
+        let names = ["box", "sphere", "cylinder", "plane", "mesh"];
+        let given = [
+            wall.r#box.is_some(),
+            wall.sphere.is_some(),
+            wall.cylinder.is_some(),
+            wall.plane.is_some(),
+            wall.mesh.is_some(),
+        ];
+        if c.exactly_one(&key, &names, &given).is_none() {
+            continue;
+        }
+        let hollow = wall.hollow;
+        if let Some(bounds) = &wall.r#box {
+            let Aabb { min, max } = c.bounds(&format!("{key}.box"), bounds);
+            shapes.push(Shape::Box { min, max, hollow });
+        } else if let Some(ball) = &wall.sphere {
+            let (centre, radius) = sphere(c, &key, ball);
+            shapes.push(Shape::Sphere {
+                centre,
+                radius,
+                hollow,
+            });
+        } else if let Some(round) = &wall.cylinder {
+            let (base, axis, length, radius) = cylinder(c, &key, round);
+            shapes.push(Shape::Cylinder {
+                base,
+                axis,
+                length,
+                radius,
+                hollow,
+            });
+        } else {
+            c.require(
+                !hollow,
+                &format!("{key}.hollow"),
+                "goes with box, sphere or cylinder only",
+            );
+        }
+        if let Some(plane) = &wall.plane {
+            shapes.push(Shape::HalfSpace {
+                point: point(plane.point),
+                normal: c.direction(&format!("{key}.plane.normal"), plane.normal),
+            });
+        }
+    }
+    for inlet in &recipe.inlet {
+        if let Some(cannula) = &inlet.cannula {
+            let (base, axis, length) = tube(recipe, inlet, cannula);
+            shapes.push(Shape::Tube {
+                base,
+                axis,
+                length,
+                inner: 0.5 * inlet.diameter.si(),
+                outer: 0.5 * cannula.outer_diameter.si(),
+            });
+        }
+    }
+    shapes
+}
+
+/// The tube reaches one support radius behind the plane where cement enters, so that cement which waits there
+/// to come in has walls as well: base, axis, length.
+fn tube(recipe: &Recipe, inlet: &InletRecipe, cannula: &CannulaRecipe) -> (Vec3, Vec3, Real) {
+    let axis = Vec3::from(inlet.direction)
+        .try_normalize(1e-12)
+        .unwrap_or(Vec3::z());
+    let length = cannula.length.si() + recipe.support_ratio * recipe.spacing.si();
+    (point(inlet.position) - axis * length, axis, length)
+}
+
+pub(super) fn meshes(recipe: &Recipe, folder: &Path) -> Vec<MeshFile> {
+    let meshes = recipe.wall.iter().filter_map(|wall| wall.mesh.as_ref());
+    meshes
+        .map(|mesh| MeshFile {
+            path: folder.join(&mesh.path),
+            unit: mesh.unit.metres(),
+            up: mesh.up,
+        })
+        .collect()
+}
+
+pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Option<Bone> {
+    let bone = recipe.bone.as_ref()?;
+    c.distinct(
+        "bone.region",
+        bone.region.iter().map(|region| region.name.as_str()),
+    );
+    let last = bone.region.len().saturating_sub(1);
+    let mut regions = Vec::new();
+    for (n, region) in bone.region.iter().enumerate() {
+        let key = format!("bone.region[{n}]");
+        let place = region_place(c, &key, region.r#box.as_ref(), region.ellipsoid.as_ref());
+        c.require(
+            n == last || place != Place::Elsewhere,
+            &key,
+            "has no box or ellipsoid and so is everywhere else: put it last",
+        );
+        let strut_period = c.positive(&format!("{key}.strut_period"), region.strut_period.si());
+        let given = [region.strut_diameter.is_some(), region.porosity.is_some()];
+        c.exactly_one(&key, &["strut_diameter", "porosity"], &given);
+        let fill = match region.strut_diameter {
+            Some(diameter) => Fill::StrutDiameter(diameter.si()),
+            None => Fill::Porosity(region.porosity.unwrap_or(1.0)),
+        };
+        match fill {
+            Fill::StrutDiameter(diameter) => {
+                let key = format!("{key}.strut_diameter");
+                c.positive(&key, diameter);
+                c.require(
+                    diameter < strut_period,
+                    &key,
+                    "leaves no gap: it must be below strut_period",
+                );
+                let gap = (strut_period - diameter) / recipe.spacing.si();
+                if gap < LEAST_ACROSS {
+                    c.warn(
+                        &key,
+                        format!("leaves gaps of {gap:.1} spacings: pores are not resolved"),
+                    );
+                }
+            }
+            Fill::Porosity(porosity) => {
+                c.within(&format!("{key}.porosity"), porosity, 0.3..=1.0);
+            }
+        }
+        regions.push(Region {
+            name: region.name.clone(),
+            place,
+            strut_period,
+            fill,
+        });
+    }
+    let cannulas = recipe
+        .inlet
+        .iter()
+        .filter_map(|inlet| Some((inlet, inlet.cannula.as_ref()?)));
+    let channels = cannulas.map(|(inlet, cannula)| {
+        let (base, axis, length) = tube(recipe, inlet, cannula);
+        let clearance = cannula.clearance.si();
+        Channel {
+            base,
+            axis,
+            length: length + clearance,
+            radius: 0.5 * cannula.outer_diameter.si() + clearance,
+        }
+    });
+    c.require(
+        bone.cortex.si() >= 0.0,
+        "bone.cortex",
+        "must not be below zero",
+    );
+    Some(Bone {
+        file: MeshFile {
+            path: folder.join(&bone.mesh),
+            unit: bone.unit.metres(),
+            up: bone.up,
+        },
+        frame: bone.frame,
+        cortex: bone.cortex.si(),
+        regions,
+        channels: channels.collect(),
+    })
+}
+
+fn region_place(
+    c: &mut Checker<'_>,
+    key: &str,
+    bounds: Option<&BoxRecipe>,
+    ellipsoid: Option<&EllipsoidRecipe>,
+) -> Place {
+    match (bounds, ellipsoid) {
+        (None, None) => Place::Elsewhere,
+        (Some(bounds), None) => Place::Box(c.bounds(&format!("{key}.box"), bounds)),
+        (None, Some(ellipsoid)) => {
+            let radii = point(ellipsoid.radii);
+            c.positive(&format!("{key}.ellipsoid.radii"), radii.min());
+            Place::Ellipsoid {
+                centre: point(ellipsoid.centre),
+                radii,
+            }
+        }
+        (Some(_), Some(_)) => {
+            c.error(key, "has both box and ellipsoid: give one");
+            Place::Elsewhere
+        }
+    }
+}
+
+pub(super) fn inlets(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec<Inlet> {
+    c.distinct(
+        "inlet",
+        recipe.inlet.iter().map(|inlet| inlet.name.as_str()),
+    );
+    let inlets = recipe.inlet.iter().enumerate();
+    inlets
+        .map(|(n, inlet)| self::inlet(c, recipe, domain, &format!("inlet[{n}]"), inlet))
+        .collect()
+}
+
+fn inlet(
+    c: &mut Checker<'_>,
+    recipe: &Recipe,
+    domain: &Aabb,
+    key: &str,
+    inlet: &InletRecipe,
+) -> Inlet {
+    let at = |part: &str| format!("{key}.{part}");
+    let direction = c.direction(&at("direction"), inlet.direction);
+    let diameter = c.positive(&at("diameter"), inlet.diameter.si());
+    let across = diameter / recipe.spacing.si();
+    if across < LEAST_ACROSS {
+        let message = format!("is {across:.2} spacings across, at least {LEAST_ACROSS} are needed");
+        c.error(&at("diameter"), message);
+    }
+    let tip = point(inlet.position);
+    let mut position = tip;
+    if let Some(cannula) = &inlet.cannula {
+        position -= direction * c.positive(&at("cannula.length"), cannula.length.si());
+        let outer = cannula.outer_diameter.si();
+        c.require(
+            outer > diameter,
+            &at("cannula.outer_diameter"),
+            "must be above the diameter",
+        );
+        c.require(
+            cannula.clearance.si() >= 0.0,
+            &at("cannula.clearance"),
+            "must not be below zero",
+        );
+        let wall = 0.5 * (outer - diameter) / recipe.spacing.si();
+        if outer > diameter && wall < 2.0 {
+            let message = format!("makes a wall of {wall:.2} spacings, two are safe against leaks");
+            c.warn(&at("cannula.outer_diameter"), message);
+        }
+    }
+    c.require(
+        domain.contains(&tip) && domain.contains(&position),
+        &at("position"),
+        "or the far end of its cannula lies outside the domain",
+    );
+
+    let given = [inlet.ratio.is_some(), inlet.polymer_fraction.is_some()];
+    c.exactly_one(key, &["ratio", "polymer_fraction"], &given);
+    let fraction = inlet
+        .ratio
+        .map(Ratio::polymer_fraction)
+        .or(inlet.polymer_fraction);
+    let polymer_fraction = c.within(&at("polymer_fraction"), fraction.unwrap_or(0.0), 0.0..=1.0);
+
+    let flow_rate = c.positive(&at("flow_rate"), inlet.flow_rate.si());
+    let dose = c.positive(&at("dose"), inlet.dose.si());
+    let needed = dose / flow_rate;
+    let duration = recipe.duration.si();
+    if needed > duration * (1.0 + 1e-9) {
+        let message =
+            format!("takes {needed:.3} s at this flow rate, the duration is {duration} s");
+        c.error(&at("dose"), message);
+    }
+    Inlet {
+        name: inlet.name.clone(),
+        position,
+        direction,
+        diameter,
+        flow_rate,
+        polymer_fraction,
+        dose,
+    }
+}
