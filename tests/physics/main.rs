@@ -4,3 +4,4 @@ mod channels;
 mod column;
 mod scenes;
 mod waves;
+mod needle;
