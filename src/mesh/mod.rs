@@ -6,6 +6,7 @@ mod extract;
 mod inspect;
 mod obj_read;
 mod obj_write;
+mod tube;
 mod weld;
 
 pub use columns::{Lattice, inside_columns};
@@ -15,6 +16,7 @@ pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
 pub use obj_read::{LengthUnit, ObjError, UpAxis, parse_obj, read_obj};
 pub use obj_write::{ObjStyle, write_obj, write_obj_with};
+pub use tube::tube;
 pub use weld::welded;
 
 use crate::math::{Aabb, Real, Vec3};
@@ -76,6 +78,14 @@ impl TriMesh {
                 .collect(),
             triangles: self.triangles.clone(),
         }
+    }
+
+    /// Adds the triangles of `other`.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        let moved = other.triangles.iter().map(|t| t.map(|v| first + v));
+        self.triangles.extend(moved);
     }
 
     /// The mesh turned inside out.

@@ -2,6 +2,6 @@
 
 mod channels;
 mod column;
+mod needle;
 mod scenes;
 mod waves;
-mod needle;
