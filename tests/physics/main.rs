@@ -2,6 +2,7 @@
 
 mod channels;
 mod column;
+mod ledger;
+mod needle;
 mod scenes;
 mod waves;
-mod needle;
