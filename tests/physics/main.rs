@@ -2,6 +2,7 @@
 
 mod channels;
 mod column;
+mod dam;
 mod ledger;
 mod needle;
 mod scenes;
