@@ -1,4 +1,5 @@
 //! Physics with a closed answer.
+#![allow(clippy::unwrap_used)]
 
 mod channels;
 mod column;
