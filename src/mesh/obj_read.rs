@@ -4,92 +4,10 @@
 //! and materials are passed over: two faces are neighbours when they share positions, whatever else they carry.
 //! Memory grows with the length of the file, whatever numbers stand in it.
 
-use super::TriMesh;
+use super::{LengthUnit, TriMesh, UpAxis};
 use crate::math::{Real, Vec3};
-use serde::{Deserialize, Serialize};
 use std::io::BufRead;
 use std::path::Path;
-
-/// Unit of the coordinates in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LengthUnit {
-    /// Metres.
-    #[serde(rename = "m")]
-    Metre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-}
-
-impl LengthUnit {
-    /// Metres per unit.
-    pub fn metres(self) -> Real {
-        match self {
-            Self::Metre => 1.0,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-        }
-    }
-
-    /// Decimals that show a tenth of a micrometre.
-    pub(super) fn decimals(self) -> u32 {
-        match self {
-            Self::Metre => 7,
-            Self::Centimetre => 5,
-            Self::Millimetre => 4,
-        }
-    }
-}
-
-impl std::fmt::Display for LengthUnit {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Metre => "m",
-            Self::Centimetre => "cm",
-            Self::Millimetre => "mm",
-        })
-    }
-}
-
-/// Vertical axis of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum UpAxis {
-    /// As artists' tools have it.
-    Y,
-    /// As inside this program.
-    Z,
-}
-
-impl UpAxis {
-    /// From the file's axes to ours.
-    fn inward(self, p: &Vec3) -> Vec3 {
-        match self {
-            Self::Y => Vec3::new(p.x, -p.z, p.y),
-            Self::Z => *p,
-        }
-    }
-
-    /// From our axes to the file's.
-    pub(super) fn outward(self, p: &Vec3) -> Vec3 {
-        match self {
-            Self::Y => Vec3::new(p.x, p.z, -p.y),
-            Self::Z => *p,
-        }
-    }
-}
-
-impl std::fmt::Display for UpAxis {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Y => "y",
-            Self::Z => "z",
-        })
-    }
-}
 
 /// Why an OBJ file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -167,7 +85,7 @@ pub fn parse_obj(
                     found.unwrap_or((lines.line, "a face refers to no vertex".into()))
                 ));
             }
-            Err(error) => return Err(at((lines.line, lines.refused(&error)))),
+            Err(error) => return Err(at((lines.line, lines.refused(error)))),
         };
     let mut mesh = TriMesh {
         positions: positions
@@ -247,7 +165,7 @@ impl<'a> ShapeLines<'a> {
     }
 
     /// Why tobj stopped at the current line.
-    fn refused(&self, error: &tobj::LoadError) -> String {
+    fn refused(&self, error: tobj::LoadError) -> String {
         if let Some(problem) = &self.problem {
             return problem.clone();
         }
