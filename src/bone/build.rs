@@ -203,12 +203,16 @@ impl Filler<'_> {
         let triangles = self
             .distance
             .nearest_within(&centre, 2.0 * radius, triangles);
-        let struts = nearest_struts(&centre, radius, struts);
         let shallowest = if triangles.is_empty() {
             brick_depth
         } else {
-            self.distance.signed_among(&centre, &triangles) + radius
+            let depth = self.distance.signed_among(&centre, &triangles);
+            if depth > self.band + radius {
+                return;
+            }
+            depth + radius
         };
+        let struts = nearest_struts(&centre, radius, struts);
         let shell = self.settings.shell_thickness;
         for n in 0..EDGE.pow(3) {
             let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];

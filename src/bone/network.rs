@@ -40,7 +40,7 @@ impl Strut {
 /// All struts of a bone, ready to be searched.
 pub(super) struct Network {
     pub(super) struts: Vec<Strut>,
-    /// Diameter of the horizontal struts of each region [m].
+    /// Mean diameter of the horizontal struts of each region [m].
     pub(super) diameters: Vec<Real>,
     tree: Bvh,
 }

@@ -26,7 +26,7 @@ struct Node {
 
 /// The nodes of all regions, in the bone and just outside.
 pub(super) struct Nodes {
-    nodes: Vec<Node>,
+    all: Vec<Node>,
     tree: Bvh,
     seed: u64,
 }
@@ -83,7 +83,7 @@ impl Nodes {
             .collect();
         Ok(Self {
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-            nodes,
+            all: nodes,
             seed: settings.seed,
         })
     }
@@ -91,7 +91,7 @@ impl Nodes {
     /// The struts that have an end inside the bone, each with the first of its regions; `radius` holds their
     /// thickness relative to others.
     pub(super) fn join(&self, vertical: Real) -> Vec<(usize, Strut)> {
-        let of_node: Vec<Vec<(usize, Strut)>> = (0..self.nodes.len())
+        let of_node: Vec<Vec<(usize, Strut)>> = (0..self.all.len())
             .into_par_iter()
             .map(|i| {
                 let joined = self.joined_to(i).into_iter();
@@ -103,8 +103,8 @@ impl Nodes {
 
     /// The nodes that are joined to node `i` and leave the strut to it: each strut belongs to its coarser end.
     fn joined_to(&self, i: usize) -> Vec<usize> {
-        let node = &self.nodes[i];
-        let far = |j: usize| (self.nodes[j].position - node.position).norm_squared();
+        let node = &self.all[i];
+        let far = |j: usize| (self.all[j].position - node.position).norm_squared();
         let reach = (REACH * node.period).powi(2);
         let mut around: Vec<(Real, usize)> = self
             .tree
@@ -114,15 +114,15 @@ impl Nodes {
             .collect();
         around.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let owned = |j: usize| {
-            let other = &self.nodes[j];
+            let other = &self.all[j];
             let coarser = other.period < node.period || other.period == node.period && i < j;
             coarser && (node.inside || other.inside)
         };
         let free = |&&(square, j): &&(Real, usize)| {
-            let to = &self.nodes[j].position;
+            let to = &self.all[j].position;
             let nearer = around.iter().take_while(|(near, _)| *near < square);
             nearer
-                .map(|&(_, k)| (self.nodes[k].position - to).norm_squared())
+                .map(|&(_, k)| (self.all[k].position - to).norm_squared())
                 .all(|across| across >= square)
         };
         let candidates = around.iter().filter(|&&(_, j)| owned(j));
@@ -130,7 +130,7 @@ impl Nodes {
     }
 
     fn strut(&self, i: usize, j: usize, vertical: Real) -> (usize, Strut) {
-        let (from, to) = (&self.nodes[i], &self.nodes[j]);
+        let (from, to) = (&self.all[i], &self.all[j]);
         let along = (to.position - from.position).try_normalize(0.0);
         let upright = along.map_or(0.0, |along| along.z * along.z);
         let uneven = 1.0 + UNEVEN * (2.0 * hash_unit(self.seed, [i as i64, j as i64, 0], 3) - 1.0);

@@ -34,7 +34,7 @@ impl Default for BoneSettings {
                 name: "spongiosa".into(),
                 place: Place::Everywhere,
                 period: 2e-3,
-                struts: Struts::Diameter(0.5e-3),
+                struts: Struts::Diameter(0.7e-3),
             }],
             jitter: 0.45,
             vertical: 1.15,
@@ -62,7 +62,7 @@ pub struct Region {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Struts {
-    /// Diameter of the horizontal struts [m].
+    /// Mean diameter of the horizontal struts [m]; each is up to a fifth thicker or thinner.
     Diameter(Real),
     /// Share of the region that is pores [1]: the diameter follows.
     Porosity(Real),

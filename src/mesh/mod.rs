@@ -10,8 +10,8 @@ mod obj_write;
 mod weld;
 
 pub use columns::{Lattice, inside_columns};
-pub use distance::MeshDistance;
 pub(crate) use distance::square_to_box;
+pub use distance::{MeshDistance, Nearby};
 pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
 pub use obj_frame::{LengthUnit, UpAxis};
