@@ -1,4 +1,4 @@
-//! The trabecular network: struts between scattered nodes, three or four at most of them.
+//! The trabecular network: struts between scattered nodes, three or four at a typical one.
 //!
 //! Every region scatters nodes of its own, one a cell of its lattice. Two nodes are joined if no third is nearer to
 //! both: the relative neighbourhood graph [Toussaint80]. It contains the shortest tree through all nodes, so the

@@ -136,7 +136,7 @@ fn within_a_box_the_bone_is_the_same() {
     assert!(refused.to_string().contains("bone.within"));
 }
 
-/// Nodes that scatter leave no rows, a few struts each, and no node without one.
+/// A few struts a node, as many along each axis as along the others.
 #[test]
 fn the_network_is_sparse_and_has_no_direction() {
     let bone = build(&block(), &BoneSettings::default(), SPACING, &[]).unwrap();
