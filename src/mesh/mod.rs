@@ -4,16 +4,18 @@ mod columns;
 mod distance;
 mod extract;
 mod inspect;
+mod obj_frame;
 mod obj_read;
 mod obj_write;
 mod weld;
 
 pub use columns::{Lattice, inside_columns};
-pub use distance::MeshDistance;
 pub(crate) use distance::square_to_box;
+pub use distance::{MeshDistance, Nearby};
 pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
-pub use obj_read::{LengthUnit, ObjError, UpAxis, parse_obj, read_obj};
+pub use obj_frame::{LengthUnit, UpAxis};
+pub use obj_read::{ObjError, parse_obj, read_obj};
 pub use obj_write::{ObjStyle, write_obj, write_obj_with};
 pub use weld::welded;
 
