@@ -562,9 +562,17 @@ impl Stepper<'_> {
     /// x ← x + dt v_mix; pistons advance and their rows become fluid.
     pub fn move_particles(&mut self) {
         let dt = self.dt;
-        for (x, v) in self.fluid.position.iter_mut().zip(&self.mix.velocity) {
-            *x = self.domain.wrapped(*x + v * dt);
-        }
+        let (near, solid, domain) = (&self.near, self.solid, self.domain);
+        self.fluid
+            .position
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(128)
+            .for_each(|(i, x)| {
+                let aim = *x + self.mix.velocity[i] * dt;
+                let open = near.wall.row(i).is_empty();
+                *x = domain.wrapped(if open { aim } else { beside(solid, x, aim) });
+            });
         self.measure_inlet_pressure();
         let rest_volume = self.near.rest_volume;
         let mut next_id = self.fluid.id.iter().max().map_or(0, |id| id + 1);
@@ -629,6 +637,34 @@ impl Stepper<'_> {
             term,
             what,
         })
+    }
+}
+
+/// Where a particle comes to rest that aims at a point inside the solid: on the surface, on the side it came from.
+///
+/// Without it slow creep takes a particle in a hundred thousand into a strut, where no fluid carries it out again.
+fn beside(solid: &Solid, from: &Vec3, aim: Vec3) -> Vec3 {
+    let (mut phi, mut normal) = solid.distance(&aim);
+    if phi >= 0.0 {
+        return aim;
+    }
+    let outward = solid.distance(from).1;
+    let mut x = aim;
+    for _ in 0..4 {
+        if normal.dot(&outward) < 0.0 {
+            // Behind the middle of a thin wall: the near way out is the wrong one.
+            return *from;
+        }
+        x -= normal * phi;
+        (phi, normal) = solid.distance(&x);
+        if phi >= -1e-9 {
+            return x;
+        }
+    }
+    if phi > solid.distance(from).0 {
+        x
+    } else {
+        *from
     }
 }
 
