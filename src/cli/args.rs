@@ -1,5 +1,7 @@
 //! What can be typed.
 
+use crate::flow::FrameRange;
+use crate::units::Length;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -21,6 +23,65 @@ pub(super) enum Verb {
         #[command(flatten)]
         recipe: RecipeArguments,
     },
+    /// Turns bone, meshes, shapes and cannulas into walls: boundary/.
+    Voxelise(WorkArguments),
+    /// Lets the cement flow: frames/, stats.csv, simulation.json.
+    Simulate(WorkArguments),
+    /// Draws the cement's surface out of the particles: surface/*.obj.
+    Surface(WorkArguments),
+    /// Turns the particles into volumes: vdb/*.vdb.
+    Export(WorkArguments),
+    /// Makes pictures: preview/*.png.
+    Preview(WorkArguments),
+    /// All of these in turn, each only if its results are missing or out of date.
+    Run(WorkArguments),
+    /// Makes a mesh from formulas.
+    #[command(subcommand)]
+    Make(Shape),
+}
+
+/// What can be made.
+#[derive(Debug, Subcommand)]
+pub(super) enum Shape {
+    /// A lumbar vertebra: closed, in millimetres, z up, origin in the centre of the body.
+    Vertebra(VertebraArguments),
+}
+
+/// Size of a vertebra.
+#[derive(Debug, Args)]
+pub(super) struct VertebraArguments {
+    /// The OBJ file to write.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Width of the body, left to right, such as "45 mm".
+    #[arg(long)]
+    pub width: Option<Length>,
+    /// Depth of the body, front to back.
+    #[arg(long)]
+    pub depth: Option<Length>,
+    /// Height of the body.
+    #[arg(long)]
+    pub height: Option<Length>,
+    /// Edge of the lattice that the surface is drawn on.
+    #[arg(long)]
+    pub resolution: Option<Length>,
+}
+
+/// A recipe, and where its results go.
+#[derive(Debug, Args)]
+pub(super) struct WorkArguments {
+    #[command(flatten)]
+    pub recipe: RecipeArguments,
+    /// Folder of the results [default: out/ and the recipe's name].
+    #[arg(short, long)]
+    pub out: Option<PathBuf>,
+    /// Only these frames, for example 1..48 (both included); for what comes after the simulation.
+    #[arg(long, value_name = "FIRST..LAST")]
+    pub frames: Option<FrameRange>,
+    /// Works even on what is up to date, in a folder of something else, and with --frames on the frames of a
+    /// simulation that did not reach its end.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// A recipe, and changes to it.
@@ -71,7 +132,9 @@ mod tests {
             "--json",
         ];
         let Arguments { verb, common } = Arguments::try_parse_from(typed).unwrap();
-        let Verb::Check { recipe } = verb;
+        let Verb::Check { recipe } = verb else {
+            panic!("{verb:?}");
+        };
         assert_eq!(recipe.overrides, ["a=1", "b=2"]);
         assert_eq!(common.threads, Some(2));
         assert!(common.json);

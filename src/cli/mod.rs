@@ -4,13 +4,19 @@ mod args;
 mod progress;
 mod report;
 
-use crate::flow::{Event, FlowError};
+use crate::bone::vertebra::{self, VertebraSettings};
+use crate::cache;
+use crate::flow::{Event, FlowError, Job, Stage};
 use crate::scene;
-use args::{Arguments, Verb};
+use crate::sim::SimError;
+use crate::units::Length;
+use args::{Arguments, Common, Shape, Verb, VertebraArguments, WorkArguments};
 use clap::Parser;
 use progress::Progress;
 use std::error::Error;
+use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Runs the command line; usage errors end the process with 2, as clap has it.
@@ -50,7 +56,56 @@ fn run(arguments: &Arguments) -> Result<(), FlowError> {
             }
             Ok(())
         }
+        Verb::Voxelise(work) => stages(work, &[Stage::Voxelise], common, &mut progress),
+        Verb::Simulate(work) => stages(work, &[Stage::Simulate], common, &mut progress),
+        Verb::Surface(work) => stages(work, &[Stage::Surface], common, &mut progress),
+        Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
+        Verb::Preview(work) => stages(work, &[Stage::Preview], common, &mut progress),
+        Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
+        Verb::Make(Shape::Vertebra(size)) => make_vertebra(size),
     }
+}
+
+fn stages(
+    work: &WorkArguments,
+    stages: &[Stage],
+    common: &Common,
+    progress: &mut Progress,
+) -> Result<(), FlowError> {
+    let recipe = &work.recipe.recipe;
+    let stem = recipe.file_stem().unwrap_or(recipe.as_os_str());
+    let out = work.out.clone();
+    let out = out.unwrap_or_else(|| Path::new("out").join(stem));
+    let show = &mut |event: Event<'_>| progress.show(&event);
+    let mut job = Job::open(recipe, &work.recipe.overrides, &out, work.force, show)?;
+    job.frames = work.frames;
+    for &stage in stages {
+        job.run(stage, show)?;
+    }
+    if common.json {
+        let path = job.folder.run_info();
+        print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
+    }
+    Ok(())
+}
+
+fn make_vertebra(size: &VertebraArguments) -> Result<(), FlowError> {
+    let default = VertebraSettings::default();
+    let or = |given: Option<Length>, default| given.map_or(default, Length::si);
+    let settings = VertebraSettings {
+        body_width: or(size.width, default.body_width),
+        body_depth: or(size.depth, default.body_depth),
+        body_height: or(size.height, default.body_height),
+        resolution: or(size.resolution, default.resolution),
+    };
+    let mut text = Vec::new();
+    vertebra::write(&mut text, &settings).map_err(failed(&size.out))?;
+    Ok(cache::write(&size.out, &text)?)
+}
+
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> FlowError {
+    let path = path.to_owned();
+    move |source| FlowError::Io { path, source }
 }
 
 /// Data on stdout; a reader that has left, such as `head`, is not an error.
@@ -64,12 +119,18 @@ fn print(text: &str) -> Result<(), FlowError> {
     }
 }
 
-/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 a check differs, 75 stopped by a
-/// signal and resumable.
+/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged.
 fn code(error: &FlowError) -> u8 {
     match error {
         FlowError::NoFrames { .. } => 2,
-        FlowError::Scene(_) | FlowError::Input { .. } => 3,
+        FlowError::Scene(_)
+        | FlowError::Input { .. }
+        | FlowError::Mesh(_)
+        | FlowError::Open { .. }
+        | FlowError::NoFrame { .. }
+        | FlowError::Bone(_)
+        | FlowError::Sim(SimError::TooMany(..)) => 3,
+        FlowError::Sim(SimError::Diverged { .. }) => 4,
         FlowError::Cache(_)
         | FlowError::Occupied { .. }
         | FlowError::Missing { .. }

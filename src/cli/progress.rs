@@ -3,6 +3,7 @@
 use crate::flow::{Event, FrameReport};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 /// Turns events into lines.
 pub(super) struct Progress {
@@ -10,7 +11,12 @@ pub(super) struct Progress {
     rewrite: bool,
     /// A line without its end is on the terminal.
     open: bool,
+    /// When it was written.
+    shown: Option<Instant>,
 }
+
+/// Steps are shown no more often than this.
+const PAUSE: Duration = Duration::from_millis(200);
 
 impl Progress {
     pub fn new(quiet: bool) -> Self {
@@ -18,6 +24,7 @@ impl Progress {
             quiet,
             rewrite: io::stderr().is_terminal(),
             open: false,
+            shown: None,
         }
     }
 
@@ -33,11 +40,16 @@ impl Progress {
             Event::Finished { stage, seconds } => {
                 self.line(&format!("{stage} took {seconds:.1} s"));
             }
-            Event::Frame(report) if self.rewrite => {
-                // Back to the start, then clear what a longer line left behind.
-                put(&format!("\r{}\x1b[K", FrameLine(report)));
-                self.open = true;
+            Event::Note(path, note) => self.line(&format!("note: {}: {note}", path.display())),
+            Event::Step(report) | Event::Frame(report) if self.rewrite => {
+                if self.shown.is_none_or(|shown| shown.elapsed() > PAUSE) {
+                    // Back to the start, then clear what a longer line left behind.
+                    put(&format!("\r{}\x1b[K", FrameLine(report)));
+                    self.open = true;
+                    self.shown = Some(Instant::now());
+                }
             }
+            Event::Step(_) => {}
             Event::Frame(report) => self.line(&FrameLine(report).to_string()),
         }
     }
@@ -78,14 +90,14 @@ impl fmt::Display for FrameLine<'_> {
         };
         write!(
             f,
-            "frame {}/{}  t={:.2} s  dt={:.2} ms ({})  it={}  volume {:+.0e}  ETA {left}",
+            "frame {}/{}  t={:.2} s  dt={:.2} ms ({})  it={}  compression {:.2} %  ETA {left}",
             report.frame,
             report.last,
             report.time,
             report.dt * 1e3,
             report.limit,
             report.iterations,
-            report.volume_error,
+            report.compression * 100.0,
         )
     }
 }
@@ -113,12 +125,12 @@ mod tests {
             dt: 0.41e-3,
             limit: "elastic",
             iterations: 9,
-            volume_error: 2e-7,
+            compression: 2.3e-3,
             elapsed: 37.0,
         };
         assert_eq!(
             FrameLine(&report).to_string(),
-            "frame 37/250  t=1.48 s  dt=0.41 ms (elastic)  it=9  volume +2e-7  ETA 03:33"
+            "frame 37/250  t=1.48 s  dt=0.41 ms (elastic)  it=9  compression 0.23 %  ETA 03:33"
         );
         report.frame = 0;
         assert!(FrameLine(&report).to_string().ends_with("ETA --:--"));

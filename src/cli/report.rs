@@ -1,5 +1,6 @@
 //! What `check` says about a recipe.
 
+use crate::bone::Struts;
 use crate::math::Real;
 use crate::scene::Scene;
 use serde_json::json;
@@ -19,10 +20,13 @@ pub(super) fn text(scene: &Scene) -> String {
         "particles",
         format!("at most {} (walls not counted)", scene.particles),
     );
-    let frames = (sim.duration * sim.frames_per_second + 1e-9).floor();
     line(
         "frames",
-        format!("{frames} after the start, over {} s", sim.duration),
+        format!(
+            "{} after the start, over {} s",
+            scene.last_frame(),
+            sim.duration
+        ),
     );
     let extent = sim.domain.extent().map(millimetres);
     line(
@@ -41,8 +45,14 @@ pub(super) fn text(scene: &Scene) -> String {
     }
     if let Some(bone) = &scene.bone {
         line("bone", bone.file.path.display().to_string());
-        for region in &bone.regions {
-            line("region", format!("{}: {:?}", region.name, region.fill));
+        for region in &bone.settings.regions {
+            let struts = match region.struts {
+                Struts::Diameter(d) => format!("{} mm thick", millimetres(d)),
+                Struts::Porosity(p) => format!("as thick as leaves {:.0} % open", p * 100.0),
+            };
+            let period = millimetres(region.period);
+            let value = format!("{}: struts every {period} mm, {struts}", region.name);
+            line("region", value);
         }
     }
     lines

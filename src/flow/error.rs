@@ -1,8 +1,11 @@
 //! Why a stage did not finish.
 
 use super::Stage;
+use crate::bone::{BoneError, landmarks::LandmarkError};
 use crate::cache::CacheError;
+use crate::mesh::{ObjError, OpenMesh};
 use crate::scene::SceneError;
+use crate::sim::SimError;
 use std::path::PathBuf;
 
 /// Why a stage did not finish.
@@ -50,6 +53,31 @@ pub enum FlowError {
         /// Why.
         source: std::io::Error,
     },
+    /// A mesh that makes no sense.
+    #[error(transparent)]
+    Mesh(#[from] ObjError),
+    /// A mesh that does not enclose a volume.
+    #[error("{path}")]
+    Open {
+        /// The mesh.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: OpenMesh,
+    },
+    /// A bone whose front and back cannot be told.
+    #[error("{path} (with frame = \"as is\" its own axes are used)")]
+    NoFrame {
+        /// The bone's mesh.
+        path: PathBuf,
+        /// Why.
+        source: LandmarkError,
+    },
+    /// A bone that cannot be built.
+    #[error(transparent)]
+    Bone(#[from] BoneError),
+    /// The simulation fell over.
+    #[error(transparent)]
+    Sim(#[from] SimError),
     /// A file or folder that cannot be used.
     #[error("{path}")]
     Io {

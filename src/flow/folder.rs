@@ -77,6 +77,41 @@ impl Folder {
         self.root.join("boundary/solid.osf")
     }
 
+    /// What the bone turned out to be.
+    pub fn bone_report(&self) -> PathBuf {
+        self.root.join("boundary/bone.json")
+    }
+
+    /// The bone's outer surface.
+    pub fn bone_mesh(&self) -> PathBuf {
+        self.root.join("boundary/bone.obj")
+    }
+
+    /// The bone's shell and trabeculae.
+    pub fn inside_mesh(&self) -> PathBuf {
+        self.root.join("boundary/trabeculae.obj")
+    }
+
+    /// Walls given as meshes.
+    pub fn wall_mesh(&self) -> PathBuf {
+        self.root.join("boundary/walls.obj")
+    }
+
+    /// The tubes of all cannulas.
+    pub fn cannula_mesh(&self) -> PathBuf {
+        self.root.join("boundary/cannula.obj")
+    }
+
+    /// How the simulation went.
+    pub fn simulation_report(&self) -> PathBuf {
+        self.root.join("simulation.json")
+    }
+
+    /// What each surface encloses.
+    pub fn surface_report(&self) -> PathBuf {
+        self.root.join("surface/surface.json")
+    }
+
     /// A frame of particles.
     pub fn frame(&self, n: u32) -> PathBuf {
         self.root.join(format!("frames/{n:06}.osf"))

@@ -1,19 +1,25 @@
 //! Stages: files in, files out, and only what is stale runs.
 
 mod error;
+mod export;
 mod folder;
 mod frames;
+mod preview;
+mod simulate;
 mod stage;
 mod stamp;
+mod surface;
+mod voxelise;
 
 pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
 pub use stage::Stage;
 
-use crate::cache;
+use crate::cache::{self, Frame};
 use crate::scene::{self, Finding, Scene};
-use serde_json::json;
+use rayon::prelude::*;
+use serde_json::{Value, json};
 use stamp::{Inputs, Stamp};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,7 +34,7 @@ pub struct Job {
     pub folder: Folder,
     /// Only these frames, for the stages after the simulation.
     pub frames: Option<FrameRange>,
-    /// Run even what is fresh.
+    /// Run even what is fresh; chosen frames, even if the simulation did not reach its end.
     pub force: bool,
 }
 
@@ -37,6 +43,8 @@ pub struct Job {
 pub enum Event<'a> {
     /// What is allowed but unlikely to be meant.
     Warning(&'a Finding),
+    /// Something about a file from outside that its owner should know.
+    Note(&'a Path, &'a str),
     /// A stage begins.
     Started(Stage),
     /// A stage has nothing to do: its results are what they would be.
@@ -48,14 +56,16 @@ pub enum Event<'a> {
         /// How long it took [s].
         seconds: f64,
     },
+    /// The simulation has made a step towards a frame.
+    Step(FrameReport),
     /// A frame is on disk.
     Frame(FrameReport),
 }
 
-/// How a simulation stands after a frame.
+/// How a simulation stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameReport {
-    /// The frame just written.
+    /// The frame just written, or being made.
     pub frame: u32,
     /// The last frame there will be.
     pub last: u32,
@@ -65,10 +75,10 @@ pub struct FrameReport {
     pub dt: f64,
     /// What limited it.
     pub limit: &'static str,
-    /// Iterations of the pressure solver in the last step.
-    pub iterations: u32,
-    /// Relative change of the cement's volume.
-    pub volume_error: f64,
+    /// Iterations of the solvers in the last step.
+    pub iterations: usize,
+    /// Mean excess of density at the last frame [1].
+    pub compression: f64,
     /// Wall-clock time since the start [s].
     pub elapsed: f64,
 }
@@ -100,18 +110,33 @@ impl Job {
         })
     }
 
+    /// Runs one stage if its results are missing or stale.
+    pub fn run(&self, stage: Stage, observer: &mut Observer<'_>) -> Result<(), FlowError> {
+        let work = match stage {
+            Stage::Voxelise => voxelise::work,
+            Stage::Simulate => simulate::work,
+            Stage::Surface => surface::work,
+            Stage::Export => export::work,
+            Stage::Preview => preview::work,
+        };
+        self.perform(stage, observer, work)
+    }
+
     /// Runs one stage if its results are missing or stale. `work` writes the stage's files.
     ///
     /// With `frames` chosen, a stage after the simulation writes these only and leaves the others, and the stage
     /// counts as stale or fresh as before.
-    pub fn perform(
+    fn perform(
         &self,
         stage: Stage,
         observer: &mut Observer<'_>,
         work: impl FnOnce(&Self, &mut Observer<'_>) -> Result<(), FlowError>,
     ) -> Result<(), FlowError> {
-        let inputs = Inputs::of(stage, &self.scene, &self.folder)?;
         let partial = self.frames.is_some() && stage > Stage::Simulate;
+        let inputs = match Inputs::of(stage, &self.scene, &self.folder) {
+            Err(FlowError::Missing { .. }) if partial && self.force => None,
+            inputs => Some(inputs?),
+        };
         if !self.force && !partial && stamp::fresh(stage, &self.scene, &self.folder)?.is_some() {
             observer(Event::Fresh(stage));
             return Ok(());
@@ -125,7 +150,7 @@ impl Job {
         }
         work(self, observer)?;
         let seconds = started.elapsed().as_secs_f64();
-        if !partial {
+        if let Some(inputs) = inputs.filter(|_| !partial) {
             Stamp::write(stage, &self.folder, inputs, seconds)?;
             self.write_run_info()?;
         }
@@ -140,6 +165,9 @@ impl Job {
             let id = format!("{:08x}", stamp.id());
             Some((stage.name(), json!({ "seconds": stamp.seconds, "id": id })))
         });
+        let simulation: Option<Value> = std::fs::read(self.folder.simulation_report())
+            .ok()
+            .and_then(|text| serde_json::from_slice(&text).ok());
         let info = json!({
             "program": env!("CARGO_PKG_NAME"),
             "version": env!("CARGO_PKG_VERSION"),
@@ -150,10 +178,28 @@ impl Job {
                 "architecture": std::env::consts::ARCH,
                 "threads": rayon::current_num_threads(),
             },
+            "simulation": simulation,
             "stages": stamps.collect::<BTreeMap<_, _>>(),
         });
         Ok(cache::write_json(&self.folder.run_info(), &info)?)
     }
+}
+
+/// Does `work` for each chosen frame, ascending in the result. Two at a time: what one frame cannot spread over
+/// threads is hidden by the other, and no more than two are in memory.
+fn each_frame<T: Send>(
+    job: &Job,
+    work: impl Fn(&Frame) -> Result<T, FlowError> + Sync,
+) -> Result<Vec<T>, FlowError> {
+    let mut results = Vec::new();
+    for pair in job.folder.frames(job.frames)?.chunks(2) {
+        let done = pair
+            .par_iter()
+            .map(|&n| work(&cache::read_frame(&job.folder.frame(n))?))
+            .collect::<Result<Vec<_>, FlowError>>()?;
+        results.extend(done);
+    }
+    Ok(results)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub enum Stage {
     Surface,
     /// Frames → OpenVDB volumes.
     Export,
-    /// Surfaces and walls → pictures.
+    /// Frames and walls → pictures.
     Preview,
 }
 
@@ -47,7 +47,7 @@ impl Stage {
             Self::Voxelise => &[],
             Self::Simulate => &[Self::Voxelise],
             Self::Surface | Self::Export => &[Self::Simulate],
-            Self::Preview => &[Self::Voxelise, Self::Surface],
+            Self::Preview => &[Self::Voxelise, Self::Simulate],
         }
     }
 
@@ -55,7 +55,7 @@ impl Stage {
     pub(super) fn owns(self) -> &'static [&'static str] {
         match self {
             Self::Voxelise => &["boundary"],
-            Self::Simulate => &["frames", "stats.csv"],
+            Self::Simulate => &["frames", "stats.csv", "simulation.json"],
             Self::Surface => &["surface"],
             Self::Export => &["vdb"],
             Self::Preview => &["preview"],
@@ -78,7 +78,7 @@ impl Stage {
             Self::Simulate => json!(sim),
             Self::Surface => json!(scene.surface),
             Self::Export => json!(scene.export),
-            Self::Preview => json!(scene.preview),
+            Self::Preview => json!([scene.preview, scene.surface]),
         }
     }
 

@@ -7,6 +7,7 @@ mod inspect;
 mod obj_frame;
 mod obj_read;
 mod obj_write;
+mod tube;
 mod weld;
 
 pub use columns::{Lattice, inside_columns};
@@ -17,6 +18,7 @@ pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
 pub use obj_frame::{LengthUnit, UpAxis};
 pub use obj_read::{ObjError, parse_obj, read_obj};
 pub use obj_write::{ObjStyle, write_obj, write_obj_with};
+pub use tube::tube;
 pub use weld::welded;
 
 use crate::math::{Aabb, Real, Vec3};
@@ -78,6 +80,14 @@ impl TriMesh {
                 .collect(),
             triangles: self.triangles.clone(),
         }
+    }
+
+    /// Adds the triangles of `other`.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        let moved = other.triangles.iter().map(|t| t.map(|v| first + v));
+        self.triangles.extend(moved);
     }
 
     /// The mesh turned inside out.

@@ -2,11 +2,15 @@
 
 use super::Finding;
 use super::place::BoneFrame;
-use super::recipe::Axis;
 use super::show::BoneLook;
-use crate::math::{Aabb, Real, Vec3};
+use crate::bone::{BoneSettings, Channel};
+use crate::export::ExportSettings;
+use crate::math::{Real, Vec3};
+use crate::mesh::{LengthUnit, UpAxis};
+use crate::preview::PictureSettings;
 use crate::sim::SimSettings;
 use crate::solid::Shape;
+use crate::surface::SurfaceSettings;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -26,14 +30,22 @@ pub struct Scene {
     /// The bone.
     pub bone: Option<Bone>,
     /// How the cement's surface is drawn.
-    pub surface: Surface,
+    pub surface: SurfaceSettings,
     /// How volumes are written.
-    pub export: Export,
+    pub export: ExportSettings,
     /// Pictures.
     pub preview: Preview,
     /// What is allowed but unlikely to be meant.
     #[serde(skip)]
     pub warnings: Vec<Finding>,
+}
+
+impl Scene {
+    /// Number of the last frame; 0 is the start.
+    pub fn last_frame(&self) -> u32 {
+        // A hair of tolerance: 0.3 s at 10 frames a second are 3, whatever the product rounds to.
+        (self.sim.duration * self.sim.frames_per_second + 1e-9) as u32
+    }
 }
 
 /// A mesh on disk and what its numbers mean.
@@ -42,10 +54,10 @@ pub struct MeshFile {
     /// OBJ file. Not part of what a scene means: results depend on what is in the file, not on where it lies.
     #[serde(skip)]
     pub path: PathBuf,
-    /// What a 1 in the file is [m].
-    pub unit: Real,
+    /// What a 1 in the file is.
+    pub unit: LengthUnit,
     /// Which axis of the file points up.
-    pub up: Axis,
+    pub up: UpAxis,
 }
 
 /// A bone.
@@ -55,96 +67,17 @@ pub struct Bone {
     pub file: MeshFile,
     /// Where origin and axes lie in it.
     pub frame: BoneFrame,
-    /// Thickness of the cortical shell [m].
-    pub cortex: Real,
-    /// Trabecular regions; the first that holds a point counts there.
-    pub regions: Vec<Region>,
-    /// Where bone is cleared away for cannulas.
+    /// Shell and trabeculae.
+    pub settings: BoneSettings,
+    /// Where cannulas go through it.
     pub channels: Vec<Channel>,
-}
-
-/// Trabecular bone somewhere inside.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Region {
-    /// What the report calls it.
-    pub name: String,
-    /// Where.
-    pub place: Place,
-    /// Distance from strut to strut [m].
-    pub strut_period: Real,
-    /// How thick the struts are.
-    pub fill: Fill,
-}
-
-/// A part of a bone, in the recipe's frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub enum Place {
-    /// Wherever no region before it is.
-    Elsewhere,
-    /// A box [m].
-    Box(Aabb),
-    /// An ellipsoid along the axes.
-    Ellipsoid {
-        /// Centre [m].
-        centre: Vec3,
-        /// Half axes [m].
-        radii: Vec3,
-    },
-}
-
-/// How thick struts are.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub enum Fill {
-    /// This thick [m].
-    StrutDiameter(Real),
-    /// So that this fraction stays open [1].
-    Porosity(Real),
-}
-
-/// A drilled hole.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Channel {
-    /// Centre of its first end [m].
-    pub base: Vec3,
-    /// Unit vector along it.
-    pub axis: Vec3,
-    /// Length [m].
-    pub length: Real,
-    /// Radius [m].
-    pub radius: Real,
-}
-
-/// How the cement's surface is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Surface {
-    /// Edge of a marching cube [m].
-    pub cube: Real,
-    /// Smoothing passes over the finished mesh.
-    pub smoothing: u32,
-    /// Value of the colour field at the surface [1].
-    pub threshold: Real,
-}
-
-/// How volumes are written.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Export {
-    /// Edge of a voxel [m].
-    pub voxel: Real,
-    /// Axis that points up in the files.
-    pub up: Axis,
-    /// Name of the velocity grid.
-    pub velocity_grid: String,
 }
 
 /// Pictures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Preview {
-    /// Width [pixels].
-    pub width: u32,
-    /// Height [pixels].
-    pub height: u32,
-    /// Samples along each edge of a pixel.
-    pub samples: u32,
+    /// Size and finish.
+    pub picture: PictureSettings,
     /// One sequence of pictures each.
     pub views: Vec<View>,
 }
@@ -162,8 +95,10 @@ pub struct View {
     pub zoom: Real,
     /// What is in the centre [m]; the middle of the scene if not given.
     pub target: Option<Vec3>,
-    /// What lies on the side of its normal is left out.
+    /// Bone on the side of its normal is taken away or turned to glass.
     pub cut: Option<Plane>,
+    /// Whether the plane cuts the cement as well.
+    pub cut_cement: bool,
     /// How the bone is shown.
     pub bone: BoneLook,
 }

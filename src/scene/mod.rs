@@ -10,17 +10,15 @@ mod show;
 
 pub use document::Document;
 pub use error::{Finding, SceneError};
-pub use meaning::{
-    Bone, Channel, Export, Fill, MeshFile, Place, Plane, Preview, Region, Scene, Surface, View,
-};
+pub use meaning::{Bone, MeshFile, Plane, Preview, Scene, View};
 pub use place::{
     BodyRecipe, BoneFrame, BoneRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe,
-    InletRecipe, MeshRecipe, MeshUnit, PlaneRecipe, Ratio, RegionRecipe, SphereRecipe, WallRecipe,
+    InletRecipe, MeshRecipe, PlaneRecipe, Ratio, RegionRecipe, SphereRecipe, WallRecipe,
 };
 pub use recipe::{
     Axis, Bonding, CementRecipe, Modulus, PhaseRecipe, Recipe, TimeOrNone, TimeStepRecipe,
 };
-pub use show::{BoneLook, ExportRecipe, PreviewRecipe, SurfaceRecipe, ViewRecipe};
+pub use show::{BoneLook, PreviewRecipe, ViewRecipe};
 
 use std::fs::File;
 use std::io::Read;

@@ -3,8 +3,8 @@
 //! A region is one of several keys (`box`, `sphere`, …), all optional here: errors then keep their line, which
 //! serde's tagged enums would lose.
 
-use super::recipe::Axis;
 use crate::math::Real;
+use crate::mesh::{LengthUnit, UpAxis};
 use crate::units::{FlowRate, Length, Quoted, Velocity, Volume};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::fmt;
@@ -106,32 +106,9 @@ pub struct MeshRecipe {
     /// OBJ file, relative to the recipe.
     pub path: String,
     /// What a 1 in the file is.
-    pub unit: MeshUnit,
+    pub unit: LengthUnit,
     /// Which axis of the file points up.
-    pub up: Axis,
-}
-
-/// What a 1 in a mesh file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum MeshUnit {
-    /// Millimetre.
-    Mm,
-    /// Centimetre.
-    Cm,
-    /// Metre.
-    M,
-}
-
-impl MeshUnit {
-    /// In metres.
-    pub fn metres(self) -> Real {
-        match self {
-            Self::Mm => 1e-3,
-            Self::Cm => 1e-2,
-            Self::M => 1.0,
-        }
-    }
+    pub up: UpAxis,
 }
 
 /// A bone: its outer surface as a mesh, and what is inside.
@@ -141,9 +118,9 @@ pub struct BoneRecipe {
     /// OBJ file, relative to the recipe.
     pub mesh: String,
     /// What a 1 in the file is.
-    pub unit: MeshUnit,
+    pub unit: LengthUnit,
     /// Which axis of the file points up.
-    pub up: Axis,
+    pub up: UpAxis,
     /// Whether the recipe's points are the bone's own.
     #[serde(default)]
     pub frame: BoneFrame,
@@ -208,7 +185,7 @@ pub struct InletRecipe {
     pub dose: Volume,
 }
 
-/// The end of a cannula.
+/// A cannula, of which the end is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CannulaRecipe {
@@ -216,8 +193,10 @@ pub struct CannulaRecipe {
     pub length: Length,
     /// Outer diameter.
     pub outer_diameter: Length,
-    /// Bone is cleared this far around the tube and before its tip.
+    /// Bone is cleared this far before its tip.
     pub clearance: Length,
+    /// Length of the whole tube; the simulated part if not given.
+    pub shaft: Option<Length>,
 }
 
 /// Liquid to polymer by volume.

@@ -3,9 +3,11 @@
 //! Serialised again with all defaults filled in it is `recipe.lock.toml`, which is itself a recipe.
 
 use super::place::{BodyRecipe, BoneRecipe, BoxRecipe, InletRecipe, WallRecipe};
-use super::show::{ExportRecipe, PreviewRecipe, SurfaceRecipe};
+use super::show::PreviewRecipe;
+use crate::export::ExportSettings;
 use crate::math::Real;
 use crate::sim::{Scheme, StressStep};
+use crate::surface::SurfaceSettings;
 use crate::units::{
     Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity,
 };
@@ -69,10 +71,10 @@ pub struct Recipe {
     pub inlet: Vec<InletRecipe>,
     /// How the cement's surface is drawn out of the particles.
     #[serde(default)]
-    pub surface: SurfaceRecipe,
+    pub surface: SurfaceSettings,
     /// How volumes are written.
     #[serde(default)]
-    pub export: ExportRecipe,
+    pub export: ExportSettings,
     /// Pictures.
     #[serde(default)]
     pub preview: PreviewRecipe,

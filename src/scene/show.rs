@@ -1,54 +1,10 @@
 //! What a recipe says about what is made of a simulation: surface, volumes, pictures.
 
 use super::place::PlaneRecipe;
-use super::recipe::Axis;
 use crate::math::Real;
+use crate::preview::Background;
 use crate::units::{Angle, Length};
 use serde::{Deserialize, Serialize};
-
-/// How the cement's surface is drawn out of the particles.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SurfaceRecipe {
-    /// Edge of a marching cube, in spacings.
-    pub cube: Real,
-    /// Smoothing passes over the finished mesh.
-    pub smoothing: u32,
-    /// Value of the colour field at the surface: 0 outside, 1 deep inside.
-    pub threshold: Real,
-}
-
-impl Default for SurfaceRecipe {
-    fn default() -> Self {
-        Self {
-            cube: 0.5,
-            smoothing: 5,
-            threshold: 0.5,
-        }
-    }
-}
-
-/// How volumes are written.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ExportRecipe {
-    /// Edge of a voxel, in spacings.
-    pub voxel: Real,
-    /// Axis that points up in the files.
-    pub up: Axis,
-    /// Name of the velocity grid: Blender looks for `velocity`, Houdini for `vel`.
-    pub velocity_grid: String,
-}
-
-impl Default for ExportRecipe {
-    fn default() -> Self {
-        Self {
-            voxel: 0.5,
-            up: Axis::Y,
-            velocity_grid: "velocity".to_owned(),
-        }
-    }
-}
 
 /// Pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,8 +14,10 @@ pub struct PreviewRecipe {
     pub width: u32,
     /// Height [pixels].
     pub height: u32,
-    /// Samples along each edge of a pixel.
+    /// Samples a pixel: 1, 4, 9 or 16.
     pub samples: u32,
+    /// What is behind everything.
+    pub background: Background,
     /// One sequence of pictures each.
     pub view: Vec<ViewRecipe>,
 }
@@ -69,7 +27,8 @@ impl Default for PreviewRecipe {
         Self {
             width: 1280,
             height: 720,
-            samples: 3,
+            samples: 4,
+            background: Background::Light,
             view: vec![ViewRecipe {
                 name: "front".to_owned(),
                 ..ViewRecipe::default()
@@ -95,8 +54,11 @@ pub struct ViewRecipe {
     pub zoom: Real,
     /// What is in the centre; the middle of the scene if not given.
     pub target: Option<[Length; 3]>,
-    /// What lies in front of this plane, on the side of its normal, is left out.
+    /// Bone in front of this plane, on the side of its normal, is taken away.
     pub cut: Option<PlaneRecipe>,
+    /// Whether the plane cuts the cement as well.
+    #[serde(default)]
+    pub cut_cement: bool,
     /// How the bone is shown.
     #[serde(default)]
     pub bone: BoneLook,
@@ -111,6 +73,7 @@ impl Default for ViewRecipe {
             zoom: default_zoom(),
             target: None,
             cut: None,
+            cut_cement: false,
             bone: BoneLook::default(),
         }
     }
@@ -135,7 +98,7 @@ pub enum BoneLook {
     /// Translucent.
     #[default]
     Glass,
-    /// Opaque, cut open at `cut`.
+    /// Opaque, with its trabeculae, cut open at `cut`; what is taken away is translucent.
     Cut,
     /// Not at all.
     Hidden,

@@ -5,9 +5,11 @@
 use crate::grid::BrickGrid;
 use crate::math::{Real, Vec3};
 
+mod mesh_grid;
 mod shape;
 mod walls;
 
+pub use mesh_grid::mesh_grid;
 pub use shape::Shape;
 pub use walls::wall_particles;
 

@@ -62,14 +62,16 @@ pub(super) fn resolve(
     };
     time::frames(c, &sim);
     let particles = size(c, &sim);
+    show::checked(c, "surface", recipe.surface.check());
+    show::checked(c, "export", recipe.export.check());
     let scene = Scene {
         name: recipe.name.clone(),
         particles,
         shapes,
         meshes,
         bone,
-        surface: show::surface(c, recipe),
-        export: show::export(c, recipe),
+        surface: recipe.surface,
+        export: recipe.export.clone(),
         preview: show::preview(c, recipe),
         warnings: Vec::new(),
         sim,
@@ -200,7 +202,7 @@ name = "front"
         assert_eq!((*inner, *outer), (1e-3, 2e-3));
         let bone = scene.bone.unwrap();
         assert_eq!(bone.file.path, Path::new("folder").join("bone.obj"));
-        assert!((bone.channels[0].radius - 3e-3).abs() < 1e-15);
+        assert!((bone.channels[0].radius - 1e-3).abs() < 1e-15);
         assert!((bone.channels[0].length - (length + 1e-3)).abs() < 1e-15);
         // Dose 500 mm³ and ball 32 π/3 mm³, eight particles a mm³.
         assert_eq!(

@@ -1,13 +1,14 @@
 //! Bodies, walls, the bone, inlets and their cannulas.
 
 use super::check::{Checker, point};
+use crate::bone::{BoneSettings, Channel, Place, Region, Struts};
 use crate::math::{Aabb, Real, Vec3};
 use crate::scene::place::{
     BodyRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, Ratio,
     SphereRecipe,
 };
 use crate::scene::recipe::Recipe;
-use crate::scene::{Bone, Channel, Fill, MeshFile, Place, Region};
+use crate::scene::{Bone, MeshFile};
 use crate::sim::{Body, BodyShape, Inlet};
 use crate::solid::Shape;
 use crate::units::Velocity;
@@ -158,13 +159,14 @@ pub(super) fn shapes(c: &mut Checker<'_>, recipe: &Recipe) -> Vec<Shape> {
     shapes
 }
 
-/// The tube reaches one support radius behind the plane where cement enters, so that cement which waits there
-/// to come in has walls as well: base, axis, length.
+/// The tube reaches at least one support radius behind the plane where cement enters, so that cement which waits
+/// there to come in has walls as well: base, axis, length.
 fn tube(recipe: &Recipe, inlet: &InletRecipe, cannula: &CannulaRecipe) -> (Vec3, Vec3, Real) {
     let axis = Vec3::from(inlet.direction)
         .try_normalize(1e-12)
         .unwrap_or(Vec3::z());
-    let length = cannula.length.si() + recipe.support_ratio * recipe.spacing.si();
+    let simulated = cannula.length.si() + recipe.support_ratio * recipe.spacing.si();
+    let length = cannula.shaft.map_or(simulated, |l| simulated.max(l.si()));
     (point(inlet.position) - axis * length, axis, length)
 }
 
@@ -173,7 +175,7 @@ pub(super) fn meshes(recipe: &Recipe, folder: &Path) -> Vec<MeshFile> {
     meshes
         .map(|mesh| MeshFile {
             path: folder.join(&mesh.path),
-            unit: mesh.unit.metres(),
+            unit: mesh.unit,
             up: mesh.up,
         })
         .collect()
@@ -191,27 +193,27 @@ pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Optio
         let key = format!("bone.region[{n}]");
         let place = region_place(c, &key, region.r#box.as_ref(), region.ellipsoid.as_ref());
         c.require(
-            n == last || place != Place::Elsewhere,
+            (n == last) == (place == Place::Everywhere),
             &key,
-            "has no box or ellipsoid and so is everywhere else: put it last",
+            "the last region, and no other, is everywhere else: without box or ellipsoid",
         );
-        let strut_period = c.positive(&format!("{key}.strut_period"), region.strut_period.si());
+        let period = c.positive(&format!("{key}.strut_period"), region.strut_period.si());
         let given = [region.strut_diameter.is_some(), region.porosity.is_some()];
         c.exactly_one(&key, &["strut_diameter", "porosity"], &given);
-        let fill = match region.strut_diameter {
-            Some(diameter) => Fill::StrutDiameter(diameter.si()),
-            None => Fill::Porosity(region.porosity.unwrap_or(1.0)),
+        let struts = match region.strut_diameter {
+            Some(diameter) => Struts::Diameter(diameter.si()),
+            None => Struts::Porosity(region.porosity.unwrap_or(1.0)),
         };
-        match fill {
-            Fill::StrutDiameter(diameter) => {
+        match struts {
+            Struts::Diameter(diameter) => {
                 let key = format!("{key}.strut_diameter");
                 c.positive(&key, diameter);
                 c.require(
-                    diameter < strut_period,
+                    diameter < period,
                     &key,
                     "leaves no gap: it must be below strut_period",
                 );
-                let gap = (strut_period - diameter) / recipe.spacing.si();
+                let gap = (period - diameter) / recipe.spacing.si();
                 if gap < LEAST_ACROSS {
                     c.warn(
                         &key,
@@ -219,15 +221,15 @@ pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Optio
                     );
                 }
             }
-            Fill::Porosity(porosity) => {
+            Struts::Porosity(porosity) => {
                 c.within(&format!("{key}.porosity"), porosity, 0.3..=1.0);
             }
         }
         regions.push(Region {
             name: region.name.clone(),
             place,
-            strut_period,
-            fill,
+            period,
+            struts,
         });
     }
     let cannulas = recipe
@@ -236,14 +238,19 @@ pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Optio
         .filter_map(|inlet| Some((inlet, inlet.cannula.as_ref()?)));
     let channels = cannulas.map(|(inlet, cannula)| {
         let (base, axis, length) = tube(recipe, inlet, cannula);
-        let clearance = cannula.clearance.si();
+        // As wide as the opening: the tube sits tight in the bone.
         Channel {
             base,
             axis,
-            length: length + clearance,
-            radius: 0.5 * cannula.outer_diameter.si() + clearance,
+            length: length + cannula.clearance.si(),
+            radius: 0.5 * inlet.diameter.si(),
         }
     });
+    c.require(
+        !bone.region.is_empty(),
+        "bone.region",
+        "at least one is needed",
+    );
     c.require(
         bone.cortex.si() >= 0.0,
         "bone.cortex",
@@ -252,12 +259,16 @@ pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Optio
     Some(Bone {
         file: MeshFile {
             path: folder.join(&bone.mesh),
-            unit: bone.unit.metres(),
+            unit: bone.unit,
             up: bone.up,
         },
         frame: bone.frame,
-        cortex: bone.cortex.si(),
-        regions,
+        settings: BoneSettings {
+            shell_thickness: bone.cortex.si(),
+            regions,
+            seed: recipe.seed.into(),
+            ..BoneSettings::default()
+        },
         channels: channels.collect(),
     })
 }
@@ -269,19 +280,19 @@ fn region_place(
     ellipsoid: Option<&EllipsoidRecipe>,
 ) -> Place {
     match (bounds, ellipsoid) {
-        (None, None) => Place::Elsewhere,
+        (None, None) => Place::Everywhere,
         (Some(bounds), None) => Place::Box(c.bounds(&format!("{key}.box"), bounds)),
         (None, Some(ellipsoid)) => {
             let radii = point(ellipsoid.radii);
             c.positive(&format!("{key}.ellipsoid.radii"), radii.min());
             Place::Ellipsoid {
                 centre: point(ellipsoid.centre),
-                radii,
+                semi_axes: radii,
             }
         }
         (Some(_), Some(_)) => {
             c.error(key, "has both box and ellipsoid: give one");
-            Place::Elsewhere
+            Place::Everywhere
         }
     }
 }

@@ -1,36 +1,16 @@
 //! Surface, volumes, pictures.
 
 use super::check::{Checker, point};
+use crate::preview::PictureSettings;
 use crate::scene::recipe::Recipe;
 use crate::scene::show::BoneLook;
-use crate::scene::{Export, Plane, Preview, Surface, View};
+use crate::scene::{Plane, Preview, View};
 
-pub(super) fn surface(c: &mut Checker<'_>, recipe: &Recipe) -> Surface {
-    let surface = &recipe.surface;
-    c.require(
-        surface.smoothing <= 100,
-        "surface.smoothing",
-        "is at most 100 passes",
-    );
-    Surface {
-        cube: recipe.spacing.si() * c.within("surface.cube", surface.cube, 0.1..=2.0),
-        smoothing: surface.smoothing,
-        threshold: c.within("surface.threshold", surface.threshold, 0.05..=0.95),
-    }
-}
-
-pub(super) fn export(c: &mut Checker<'_>, recipe: &Recipe) -> Export {
-    let export = &recipe.export;
-    let name = &export.velocity_grid;
-    c.require(
-        !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_'),
-        "export.velocity_grid",
-        "must be letters, digits or _",
-    );
-    Export {
-        voxel: recipe.spacing.si() * c.within("export.voxel", export.voxel, 0.1..=4.0),
-        up: export.up,
-        velocity_grid: name.clone(),
+/// What the rooms themselves say about their settings: `key: message`.
+pub(super) fn checked(c: &mut Checker<'_>, table: &str, found: Result<(), String>) {
+    if let Err(text) = found {
+        let (key, message) = text.split_once(": ").unwrap_or(("", &text));
+        c.error(&format!("{table}.{key}"), message);
     }
 }
 
@@ -39,7 +19,7 @@ pub(super) fn preview(c: &mut Checker<'_>, recipe: &Recipe) -> Preview {
     for (key, pixels) in [("width", preview.width), ("height", preview.height)] {
         c.within(&format!("preview.{key}"), pixels.into(), 16.0..=8192.0);
     }
-    c.within("preview.samples", preview.samples.into(), 1.0..=8.0);
+    c.within("preview.samples", preview.samples.into(), 1.0..=16.0);
     c.distinct(
         "preview.view",
         preview.view.iter().map(|view| view.name.as_str()),
@@ -55,6 +35,11 @@ pub(super) fn preview(c: &mut Checker<'_>, recipe: &Recipe) -> Preview {
             &format!("{key}.bone"),
             "\"cut\" needs a plane: cut = { point = …, normal = … }",
         );
+        c.require(
+            !view.cut_cement || cut.is_some(),
+            &format!("{key}.cut_cement"),
+            "needs a plane: cut = { point = …, normal = … }",
+        );
         View {
             name: view.name.clone(),
             azimuth: view.azimuth.si(),
@@ -62,13 +47,17 @@ pub(super) fn preview(c: &mut Checker<'_>, recipe: &Recipe) -> Preview {
             zoom: c.within(&format!("{key}.zoom"), view.zoom, 0.01..=100.0),
             target: view.target.map(point),
             cut,
+            cut_cement: view.cut_cement,
             bone: view.bone,
         }
     });
     Preview {
         views: views.collect(),
-        width: preview.width,
-        height: preview.height,
-        samples: preview.samples,
+        picture: PictureSettings {
+            width: preview.width,
+            height: preview.height,
+            samples: preview.samples,
+            background: preview.background,
+        },
     }
 }

@@ -1,0 +1,210 @@
+//! Frames and walls → `preview/`: one picture a frame and view.
+
+use super::{FlowError, Job, Observer, each_frame};
+use crate::cache::{self, Frame};
+use crate::math::{Aabb, Real, Vec3};
+use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
+use crate::preview::{
+    Camera, Colour, Colours, Cut, Legend, Material, MeshLayer, Scene, colour, render,
+};
+use crate::scene::{BoneLook, View};
+use crate::surface::{Surface, reconstruct};
+use image::codecs::png::PngEncoder;
+use image::{ImageEncoder, RgbImage};
+use std::path::Path;
+
+/// Angle across the shorter side of a picture [rad].
+const FIELD_OF_VIEW: Real = 0.5;
+/// Cannulas, as sRGB.
+const STEEL: [u8; 3] = [158, 165, 174];
+
+pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
+    let props = Props::read(job)?;
+    let cameras: Vec<Camera> = job
+        .scene
+        .preview
+        .views
+        .iter()
+        .map(|view| camera(job, &props, view))
+        .collect();
+    each_frame(job, |frame| {
+        let cement = Cement::new(frame, job);
+        for (view, camera) in job.scene.preview.views.iter().zip(&cameras) {
+            let picture = draw(job, &props, &cement, view, *camera);
+            let path = job.folder.picture(&view.name, frame.index);
+            cache::write(&path, &png(&path, &picture)?)?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// What stands around the cement.
+struct Props {
+    bone: Shown,
+    inside: Shown,
+    walls: Shown,
+    cannulas: Shown,
+}
+
+/// A mesh with its normals; empty if there is none.
+#[derive(Default)]
+struct Shown {
+    mesh: TriMesh,
+    normals: Vec<Vec3>,
+}
+
+impl Props {
+    fn read(job: &Job) -> Result<Self, FlowError> {
+        let folder = &job.folder;
+        let look = |looks: &[BoneLook]| {
+            let views = &job.scene.preview.views;
+            views.iter().any(|view| looks.contains(&view.bone))
+        };
+        Ok(Self {
+            bone: Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?,
+            inside: Shown::read(&folder.inside_mesh(), look(&[BoneLook::Cut]))?,
+            walls: Shown::read(&folder.wall_mesh(), true)?,
+            cannulas: Shown::read(&folder.cannula_mesh(), true)?,
+        })
+    }
+}
+
+impl Shown {
+    fn read(path: &Path, wanted: bool) -> Result<Self, FlowError> {
+        if !wanted || !path.exists() {
+            return Ok(Self::default());
+        }
+        let mesh = read_obj(path, LengthUnit::Metre, UpAxis::Y)?;
+        let normals = mesh.vertex_normals();
+        Ok(Self { mesh, normals })
+    }
+
+    fn layer(&self, colour: [u8; 3], material: Material, cut: Option<Cut>) -> MeshLayer<'_> {
+        MeshLayer {
+            positions: &self.mesh.positions,
+            triangles: &self.mesh.triangles,
+            normals: Some(&self.normals),
+            colours: Colours::Uniform(colour::from_srgb(colour)),
+            material,
+            cut,
+        }
+    }
+}
+
+/// The cement of a frame, ready to be drawn.
+struct Cement {
+    surface: Surface,
+    colours: Vec<Colour>,
+    /// Where it is cut.
+    inner: Colour,
+    label: String,
+}
+
+impl Cement {
+    fn new(frame: &Frame, job: &Job) -> Self {
+        let surface = reconstruct(frame, &job.scene.surface);
+        let alpha = &surface.polymer_fraction;
+        let colours = alpha.iter().map(|&a| colour::polymer(a.into())).collect();
+        let sum: Real = frame.polymer_fraction.iter().map(|&a| Real::from(a)).sum();
+        let mean = sum / frame.polymer_fraction.len().max(1) as Real;
+        let millilitres = frame.position.len() as Real * frame.rest_volume * 1e6;
+        Self {
+            colours,
+            inner: colour::polymer(mean),
+            label: format!("t = {:.2} s   {millilitres:.2} ml", frame.time),
+            surface,
+        }
+    }
+}
+
+/// Holds what does not move, so that the camera does not either.
+fn camera(job: &Job, props: &Props, view: &View) -> Camera {
+    let points = if props.bone.mesh.positions.is_empty() {
+        corners(&job.scene.sim.domain)
+    } else {
+        props.bone.mesh.positions.clone()
+    };
+    let picture = &job.scene.preview.picture;
+    let aspect = Real::from(picture.width) / Real::from(picture.height);
+    let mut camera = Camera::fitting(&points, aspect, view.azimuth, view.elevation, FIELD_OF_VIEW);
+    let to_eye = (camera.position - camera.target) / view.zoom;
+    camera.target = view.target.unwrap_or(camera.target);
+    camera.position = camera.target + to_eye;
+    camera
+}
+
+fn corners(bounds: &Aabb) -> Vec<Vec3> {
+    let ends = [bounds.min, bounds.max];
+    (0..8_usize)
+        .map(|c| Vec3::new(ends[c & 1].x, ends[c >> 1 & 1].y, ends[c >> 2].z))
+        .collect()
+}
+
+fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) -> RgbImage {
+    let cut = |cap: Colour| {
+        view.cut.map(|plane| Cut {
+            point: plane.point,
+            normal: plane.normal,
+            cap,
+        })
+    };
+    let bone_cap = colour::from_srgb(colour::CUT_BONE);
+    // The part that is taken away stays as glass.
+    let removed = cut(bone_cap).map(|cut| Cut {
+        normal: -cut.normal,
+        ..cut
+    });
+    let mut meshes = vec![
+        MeshLayer {
+            positions: &cement.surface.mesh.positions,
+            triangles: &cement.surface.mesh.triangles,
+            normals: Some(&cement.surface.normal),
+            colours: Colours::Vertex(&cement.colours),
+            material: Material::CEMENT,
+            cut: cut(cement.inner).filter(|_| view.cut_cement),
+        },
+        props.cannulas.layer(STEEL, Material::CEMENT, None),
+    ];
+    match view.bone {
+        BoneLook::Glass => {
+            for shown in [&props.bone, &props.walls] {
+                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, None));
+            }
+        }
+        BoneLook::Cut => {
+            for shown in [&props.inside, &props.walls] {
+                meshes.push(shown.layer(colour::BONE, Material::BONE, cut(bone_cap)));
+            }
+            meshes.push(
+                props
+                    .bone
+                    .layer(colour::BONE, Material::GLASS_BONE, removed),
+            );
+        }
+        BoneLook::Hidden => {}
+    }
+    let scene = Scene {
+        meshes,
+        camera,
+        label: Some(cement.label.clone()),
+        legend: Some(Legend {
+            title: "polymer fraction".to_owned(),
+            low: 0.0,
+            high: 1.0,
+            map: colour::polymer,
+        }),
+        scale_bar: true,
+        ..Scene::default()
+    };
+    render(&scene, &job.scene.preview.picture)
+}
+
+fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
+    let mut bytes = Vec::new();
+    let (width, height) = picture.dimensions();
+    PngEncoder::new(&mut bytes)
+        .write_image(picture, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(|e| FlowError::io(path)(std::io::Error::other(e)))?;
+    Ok(bytes)
+}

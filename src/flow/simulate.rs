@@ -1,0 +1,146 @@
+//! Walls → `frames/`, `stats.csv` and `simulation.json`.
+
+use super::{Event, FlowError, FrameReport, Job, Observer};
+use crate::cache::{self, Frame, Table};
+use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
+use crate::sim::{Ledger, Limit, Simulation, StepReport};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowError> {
+    let settings = job.scene.sim.clone();
+    let solid = cache::read_solid(&job.folder.solid())?;
+    let walls = cache::read_walls(&job.folder.walls())?;
+    let mut run = Simulation::new(settings, solid, walls)?;
+    let columns: Vec<&str> = ["frame"].into_iter().chain(Ledger::COLUMNS).collect();
+    let mut record = Record {
+        table: Table::create(&job.folder.stats(), &columns)?,
+        steps: 0,
+        converged: 0,
+        most_in_walls: 0,
+    };
+    let ended = frames(job, &mut run, &mut record, observer);
+    let diverged = ended.as_ref().err().map(ToString::to_string);
+    let summary = summary(job, &mut run, &record, diverged.as_deref())?;
+    cache::write_json(&job.folder.simulation_report(), &summary)?;
+    ended
+}
+
+/// What adds up over the frames.
+struct Record {
+    table: Table,
+    steps: u64,
+    converged: u64,
+    most_in_walls: usize,
+}
+
+impl Record {
+    fn enter(&mut self, frame: u32, ledger: &Ledger) -> Result<(), FlowError> {
+        self.steps += ledger.window[0];
+        self.converged += ledger.window[1];
+        self.most_in_walls = self.most_in_walls.max(ledger.in_walls);
+        let mut row = vec![frame.to_string()];
+        row.extend(ledger.row());
+        Ok(self.table.row(&row)?)
+    }
+}
+
+/// Runs frame by frame; each is on disk before the next begins.
+fn frames(
+    job: &Job,
+    run: &mut Simulation,
+    record: &mut Record,
+    observer: &mut Observer<'_>,
+) -> Result<(), FlowError> {
+    let sim = &job.scene.sim;
+    let last = job.scene.last_frame();
+    let started = Instant::now();
+    let mut report = FrameReport {
+        frame: 0,
+        last,
+        time: 0.0,
+        dt: 0.0,
+        limit: "start",
+        iterations: 0,
+        compression: 0.0,
+        elapsed: 0.0,
+    };
+    for index in 0..=last {
+        report.frame = index;
+        let ended = run.advance_to(f64::from(index) / sim.frames_per_second, |step| {
+            note(&mut report, step);
+            report.elapsed = started.elapsed().as_secs_f64();
+            observer(Event::Step(report));
+        });
+        let ledger = run.ledger();
+        report.compression = ledger.compression[0];
+        record.enter(index, &ledger)?;
+        ended?;
+        cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
+        observer(Event::Frame(report));
+    }
+    Ok(())
+}
+
+fn note(report: &mut FrameReport, step: &StepReport) {
+    report.time += step.dt;
+    report.dt = step.dt;
+    report.limit = step.limit.map_or("none", Limit::name);
+    report.iterations = step.iterations;
+}
+
+fn frame(index: u32, run: &Simulation) -> Frame {
+    let fluid = &run.fluid;
+    let single = |v: &crate::math::Vec3| [v.x as f32, v.y as f32, v.z as f32];
+    Frame {
+        index,
+        time: run.time,
+        spacing: run.settings.spacing,
+        support_radius: run.support_radius(),
+        rest_volume: run.rest_volume,
+        position: fluid.position.iter().map(single).collect(),
+        velocity: run.velocity().iter().map(single).collect(),
+        polymer_fraction: fluid.polymer_fraction.iter().map(|&a| a as f32).collect(),
+        pressure: fluid.pressure.iter().map(|p| p[0] as f32).collect(),
+        id: fluid.id.clone(),
+    }
+}
+
+/// How it went, in a few numbers.
+fn summary(
+    job: &Job,
+    run: &mut Simulation,
+    record: &Record,
+    diverged: Option<&str>,
+) -> Result<Value, FlowError> {
+    let ledger = run.ledger();
+    let volume = |phases: crate::fluid::PerPhase<f64>| phases.liquid + phases.polymer;
+    Ok(json!({
+        "diverged": diverged,
+        "time_s": run.time,
+        "steps": record.steps,
+        "converged_share": record.converged as f64 / record.steps.max(1) as f64,
+        "particles": run.fluid.len(),
+        "wall_particles": run.wall_count(),
+        "carved_at_start": run.carved,
+        "most_particles_in_walls": record.most_in_walls,
+        "volume_inside_m3": volume(ledger.inside),
+        "volume_injected_m3": volume(ledger.injected),
+        "volume_escaped_m3": volume(ledger.escaped),
+        "inside_bone_share": inside_bone_share(job, run)?,
+    }))
+}
+
+/// Share of the cement that lies within the bone's outer surface.
+fn inside_bone_share(job: &Job, run: &Simulation) -> Result<Option<f64>, FlowError> {
+    let position = &run.fluid.position;
+    if job.scene.bone.is_none() || position.is_empty() {
+        return Ok(None);
+    }
+    let bone = read_obj(&job.folder.bone_mesh(), LengthUnit::Metre, UpAxis::Y)?;
+    let distance = MeshDistance::new(&bone);
+    let is_inside = |x: &&crate::math::Vec3| distance.signed(x) < 0.0;
+    let inside = position.par_iter().filter(is_inside).count();
+    Ok(Some(inside as f64 / position.len() as f64))
+}
