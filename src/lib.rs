@@ -38,6 +38,7 @@
 //! | [Baerentzen05] | J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11 (2005) |
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
+//! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
 //! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

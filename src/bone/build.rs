@@ -120,7 +120,8 @@ impl Filler<'_> {
 
     fn block(&self, first: [i32; 3]) -> Vec<BoneBrick> {
         let (centre, radius) = self.around(first, BLOCK * BRICK);
-        if self.distance.signed(&centre) > self.band + radius {
+        if !self.wanted(first, BLOCK * BRICK) || self.distance.signed(&centre) > self.band + radius
+        {
             return Vec::new();
         }
         (0..BLOCK.pow(3))
@@ -144,7 +145,20 @@ impl Filler<'_> {
         )
     }
 
+    /// Whether a cube of `edge` nodes and the voxels around it reach into what is to be built.
+    fn wanted(&self, first: [i32; 3], edge: i32) -> bool {
+        let (low, high) = (
+            self.grid.position(first.map(|f| f - 1)),
+            self.grid.position(first.map(|f| f + edge)),
+        );
+        let within = self.settings.within.as_ref();
+        within.is_none_or(|within| low <= within.max && within.min <= high)
+    }
+
     fn brick(&self, first: [i32; 3]) -> Option<BoneBrick> {
+        if !self.wanted(first, BRICK) {
+            return None;
+        }
         let (centre, radius) = self.around(first, BRICK);
         let depth = self.distance.signed(&centre);
         if depth > self.band + radius {
@@ -189,6 +203,15 @@ impl Filler<'_> {
         let triangles = self
             .distance
             .nearest_within(&centre, 2.0 * radius, triangles);
+        let shallowest = if triangles.is_empty() {
+            brick_depth
+        } else {
+            let depth = self.distance.signed_among(&centre, &triangles);
+            if depth > self.band + radius {
+                return;
+            }
+            depth + radius
+        };
         let struts = nearest_struts(&centre, radius, struts);
         let shell = self.settings.shell_thickness;
         for n in 0..EDGE.pow(3) {
@@ -197,14 +220,15 @@ impl Filler<'_> {
             let x = self
                 .grid
                 .position(std::array::from_fn(|axis| brick.first[axis] + node[axis]));
-            let d = if triangles.is_empty() {
-                brick_depth
-            } else {
-                self.distance.signed_among(&x, &triangles)
-            };
             let strut = struts
                 .iter()
                 .fold(self.band, |least, strut| least.min(strut.distance(&x)));
+            // Where the shell cannot be nearer than a strut, a bound of the depth is as good as the depth.
+            let d = if triangles.is_empty() || shallowest < -shell - strut.max(self.grid.voxel) {
+                shallowest
+            } else {
+                self.distance.signed_among(&x, &triangles)
+            };
             let cortex = (d + 0.5 * shell).abs() - 0.5 * shell;
             let bore = self
                 .bores

@@ -3,6 +3,7 @@
 mod build;
 pub mod landmarks;
 mod network;
+mod nodes;
 mod report;
 mod settings;
 pub mod vertebra;

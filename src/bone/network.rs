@@ -1,14 +1,15 @@
-//! The trabecular network: struts between the nodes of a jittered lattice.
+//! The trabecular network: struts between scattered nodes, three or four at a typical one.
 //!
-//! Every region has its own lattice. A strut that would leave its region is led to the nearest node of the region that
-//! it enters, so that the networks of all regions hang together; a strut that leaves the bone ends in its shell.
+//! Every region scatters nodes of its own, one a cell of its lattice. Two nodes are joined if no third is nearer to
+//! both: the relative neighbourhood graph [Toussaint80]. It contains the shortest tree through all nodes, so the
+//! struts of all regions hang together; a strut that leaves the bone ends in its shell.
 
+use super::nodes::Nodes;
 use super::settings::{BoneError, BoneSettings, Struts};
-use crate::math::{Aabb, Real, Vec3, hash_unit};
+use crate::math::{Real, Vec3};
 use crate::mesh::{Lattice, MeshDistance, TriMesh, inside_columns, square_to_box};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// A rod with round ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +40,7 @@ impl Strut {
 /// All struts of a bone, ready to be searched.
 pub(super) struct Network {
     pub(super) struts: Vec<Strut>,
-    /// Diameter of the horizontal struts of each region [m].
+    /// Mean diameter of the horizontal struts of each region [m].
     pub(super) diameters: Vec<Real>,
     tree: Bvh,
 }
@@ -52,14 +53,14 @@ impl Network {
         distance: &MeshDistance,
     ) -> Result<Self, BoneError> {
         let bounds = mesh.bounds();
-        let lattices = (0..settings.regions.len())
-            .map(|region| StrutLattice::new(settings, region, distance, &bounds))
-            .collect::<Result<Vec<_>, _>>()?;
+        let nodes = Nodes::scatter(settings, distance, &bounds)?;
+        let joined = nodes.join(settings.vertical);
         let mut struts = Vec::new();
         let mut diameters = Vec::new();
-        for region in 0..lattices.len() {
-            // With radius 1 (or the vertical ratio): the true radius multiplies it once it is known.
-            let mut own = lattices[region].struts(settings, &lattices);
+        for region in 0..settings.regions.len() {
+            // With the ratio to the region's radius in place of the radius, until that is known.
+            let of_region = joined.iter().filter(|(owner, _)| *owner == region);
+            let mut own: Vec<Strut> = of_region.map(|(_, strut)| *strut).collect();
             let diameter = match settings.regions[region].struts {
                 Struts::Diameter(diameter) => diameter,
                 Struts::Porosity(porosity) => {
@@ -167,119 +168,3 @@ fn radius_for(
 
 /// Points in the bone's bounding box from which a porosity is solved.
 const SAMPLES: Real = 1.5e6;
-/// More lattice cells than this are refused.
-const MAX_CELLS: Real = 2e7;
-
-/// The nodes of one region's lattice.
-struct StrutLattice {
-    region: usize,
-    period: Real,
-    origin: Vec3,
-    seed: u64,
-    jitter: Real,
-    /// Nodes that lie in the region, and whether they are inside the bone.
-    nodes: BTreeMap<[i64; 3], (Vec3, bool)>,
-}
-
-impl StrutLattice {
-    fn new(
-        settings: &BoneSettings,
-        region: usize,
-        distance: &MeshDistance,
-        bounds: &Aabb,
-    ) -> Result<Self, BoneError> {
-        let period = settings.regions[region].period;
-        let extent = bounds.extent();
-        if extent.map(|e| e / period + 3.0).product() > MAX_CELLS {
-            return Err(BoneError::TooFine {
-                size: extent.max(),
-                key: format!("regions[{region}].period"),
-                length: period,
-            });
-        }
-        let mut lattice = Self {
-            region,
-            period,
-            origin: bounds.min,
-            seed: settings.seed.wrapping_add(region as u64),
-            jitter: settings.jitter,
-            nodes: BTreeMap::new(),
-        };
-        let count = extent.map(|e| (e / period).ceil() as i64 + 1);
-        let mut cells = Vec::new();
-        for x in -1..=count.x {
-            for y in -1..=count.y {
-                cells.extend((-1..=count.z).map(|z| [x, y, z]));
-            }
-        }
-        lattice.nodes = cells
-            .into_par_iter()
-            .filter_map(|cell| {
-                let x = lattice.position(cell);
-                (settings.region_at(&x) == region).then(|| (cell, (x, distance.signed(&x) < 0.0)))
-            })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .collect();
-        Ok(lattice)
-    }
-
-    fn position(&self, cell: [i64; 3]) -> Vec3 {
-        Vec3::from_fn(|axis, _| {
-            let stray = 2.0 * hash_unit(self.seed, cell, axis as u64) - 1.0;
-            (cell[axis] as Real + 0.5 + self.jitter * stray) * self.period
-        }) + self.origin
-    }
-
-    /// Struts from this region's nodes, with the ratio to the region's radius in place of the radius.
-    fn struts(&self, settings: &BoneSettings, all: &[Self]) -> Vec<Strut> {
-        let mut struts = Vec::new();
-        for (&cell, &(from, inside)) in &self.nodes {
-            for direction in 0..6 {
-                let (axis, forward) = (direction / 2, direction % 2 == 0);
-                let mut next = cell;
-                next[axis] += if forward { 1 } else { -1 };
-                let to = match self.nodes.get(&next) {
-                    // A pair of nodes inside one region: once.
-                    Some(&(to, other_inside)) if forward && (inside || other_inside) => to,
-                    Some(_) => continue,
-                    None => {
-                        let to = self.position(next);
-                        let neighbour = settings.region_at(&to);
-                        if !inside || neighbour < self.region {
-                            continue;
-                        }
-                        all[neighbour].nearest(&to).unwrap_or(to)
-                    }
-                };
-                struts.push(Strut {
-                    from,
-                    to,
-                    radius: if axis == 2 { settings.vertical } else { 1.0 },
-                });
-            }
-        }
-        struts
-    }
-
-    /// The node nearest to `x`, if there is one in the cells around it.
-    fn nearest(&self, x: &Vec3) -> Option<Vec3> {
-        let centre = (x - self.origin) / self.period;
-        let cell: [i64; 3] = std::array::from_fn(|axis| centre[axis].floor() as i64);
-        let mut nearest: Option<(Real, Vec3)> = None;
-        for dx in -1..=1 {
-            for dy in -1..=1 {
-                for dz in -1..=1 {
-                    let key = [cell[0] + dx, cell[1] + dy, cell[2] + dz];
-                    if let Some((node, _)) = self.nodes.get(&key) {
-                        let far = (node - x).norm();
-                        if nearest.is_none_or(|(best, _)| far < best) {
-                            nearest = Some((far, *node));
-                        }
-                    }
-                }
-            }
-        }
-        nearest.map(|(_, node)| node)
-    }
-}

@@ -36,7 +36,7 @@ pub struct RegionReport {
     pub asked_porosity: Option<Real>,
     /// Porosity that was made [1].
     pub porosity: Real,
-    /// Diameter of the horizontal struts [m].
+    /// Mean diameter of the horizontal struts [m]; each is up to a fifth thicker or thinner.
     pub strut_diameter: Real,
     /// Mean diameter of the largest ball around a point of the pores that still fits between the struts [m].
     pub pore_diameter: Real,

@@ -11,7 +11,7 @@ pub struct BoneSettings {
     pub shell_thickness: Real,
     /// Trabeculae by place: the first region that holds a point decides; the last one must be everywhere.
     pub regions: Vec<Region>,
-    /// How far a node of the network strays from its lattice, in strut periods: 0 regular, 0.3 natural.
+    /// How far a node of the network strays from its lattice, in strut periods: 0 regular, 0.45 natural.
     pub jitter: Real,
     /// Diameter of the vertical struts, in those of the others: trabeculae are thicker along the load.
     pub vertical: Real,
@@ -19,6 +19,10 @@ pub struct BoneSettings {
     pub seed: u64,
     /// Nodes of the distance grid along a particle spacing.
     pub nodes_per_spacing: Real,
+    /// Builds only what lies in this box [m], for a quick look: around it everything is open. What is built is the
+    /// same as in the whole bone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Aabb>,
 }
 
 impl Default for BoneSettings {
@@ -30,12 +34,13 @@ impl Default for BoneSettings {
                 name: "spongiosa".into(),
                 place: Place::Everywhere,
                 period: 2e-3,
-                struts: Struts::Diameter(0.5e-3),
+                struts: Struts::Diameter(0.7e-3),
             }],
-            jitter: 0.3,
+            jitter: 0.45,
             vertical: 1.15,
             seed: 1,
-            nodes_per_spacing: 4.0,
+            nodes_per_spacing: 3.0,
+            within: None,
         }
     }
 }
@@ -47,7 +52,7 @@ pub struct Region {
     pub name: String,
     /// Where it is, in the frame of the bone's mesh.
     pub place: Place,
-    /// Distance between neighbouring nodes of the strut network [m].
+    /// Edge of the cube that holds one node of the strut network [m].
     pub period: Real,
     /// How thick the struts are.
     pub struts: Struts,
@@ -57,7 +62,7 @@ pub struct Region {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Struts {
-    /// Diameter of the horizontal struts [m].
+    /// Mean diameter of the horizontal struts [m]; each is up to a fifth thicker or thinner.
     Diameter(Real),
     /// Share of the region that is pores [1]: the diameter follows.
     Porosity(Real),
@@ -214,6 +219,18 @@ impl BoneSettings {
             (1.0..=32.0).contains(&self.nodes_per_spacing),
             "1 to 32",
         )?;
+        if let Some(within) = &self.within {
+            setting(
+                "within",
+                format!(
+                    "from {:?} to {:?}",
+                    within.min.as_slice(),
+                    within.max.as_slice()
+                ),
+                within.min <= within.max,
+                "a box whose corners are in order",
+            )?;
+        }
         setting(
             "regions",
             format!("a list of {}", self.regions.len()),

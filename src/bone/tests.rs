@@ -112,6 +112,50 @@ fn grid_is_the_exact_distance_near_the_surface() {
     assert!(count > 1000.0 && bias.abs() < 0.02, "{bias}");
 }
 
+/// The box is built as it is in the whole bone, and far less is built.
+#[test]
+fn within_a_box_the_bone_is_the_same() {
+    let mut settings = BoneSettings::default();
+    settings.regions[0].struts = Struts::Porosity(0.84);
+    let whole = build(&block(), &settings, SPACING, &[]).unwrap();
+    let bounds = Aabb {
+        min: Vec3::new(0.004, -0.001, 0.009),
+        max: Vec3::new(0.008, 0.003, 0.0122),
+    };
+    settings.within = Some(bounds);
+    let part = build(&block(), &settings, SPACING, &[]).unwrap();
+    assert_eq!(part.struts, whole.struts);
+    assert!(6 * part.solid.brick_count() < whole.solid.brick_count());
+    let mut random = Stream::new(7, "within");
+    for _ in 0..5000 {
+        let x = bounds.centre() + random.cube().component_mul(&bounds.extent()) * 0.5;
+        assert_eq!(part.solid.sample(&x), whole.solid.sample(&x));
+    }
+    settings.within = Some(Aabb::empty());
+    let refused = build(&block(), &settings, SPACING, &[]).unwrap_err();
+    assert!(refused.to_string().contains("bone.within"));
+}
+
+/// A few struts a node, as many along each axis as along the others.
+#[test]
+fn the_network_is_sparse_and_has_no_direction() {
+    let bone = build(&block(), &BoneSettings::default(), SPACING, &[]).unwrap();
+    let mut ends: Vec<[u64; 3]> = Vec::new();
+    let mut squares = Vec3::zeros();
+    for strut in &bone.struts {
+        ends.extend([strut.from, strut.to].map(|end| [end.x, end.y, end.z].map(Real::to_bits)));
+        let along = (strut.to - strut.from).normalize();
+        squares += along.component_mul(&along);
+    }
+    let total = ends.len() as Real;
+    ends.sort_unstable();
+    ends.dedup();
+    let a_node = total / ends.len() as Real;
+    assert!((2.0..3.5).contains(&a_node), "{a_node}");
+    let share = squares / bone.struts.len() as Real;
+    assert!(share.add_scalar(-1.0 / 3.0).amax() < 0.06, "{share}");
+}
+
 #[test]
 fn same_bits_on_any_number_of_threads() {
     let on = |threads| {

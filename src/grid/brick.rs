@@ -2,7 +2,7 @@
 
 use crate::math::{Real, Vec3};
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::{BuildHasherDefault, Hash, Hasher};
 
 /// Nodes along the edge of a brick.
 pub const BRICK: i32 = 8;
@@ -17,8 +17,28 @@ pub struct BrickGrid {
     pub voxel: Real,
     /// Value where no brick is stored.
     pub background: f32,
-    place: HashMap<[i32; 3], u32, BuildHasherDefault<KeyHasher>>,
+    place: HashMap<Key, u32, BuildHasherDefault<KeyHasher>>,
     stored: Vec<([i32; 3], Box<[f32; NODES]>)>,
+}
+
+/// Place of a brick, in bricks. Hashed as three words: the standard array goes byte by byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Key([i32; 3]);
+
+impl Key {
+    #[inline]
+    fn holding(node: [i32; 3]) -> Self {
+        Self(node.map(|n| n.div_euclid(BRICK)))
+    }
+}
+
+impl Hash for Key {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        for coordinate in self.0 {
+            state.write_i32(coordinate);
+        }
+    }
 }
 
 /// Hashes the three coordinates of a brick: sampling looks bricks up all the time, and the order of a hash never
@@ -33,6 +53,7 @@ impl Hasher for KeyHasher {
         }
     }
 
+    #[inline]
     fn write_i32(&mut self, coordinate: i32) {
         let mixed = (self.0.rotate_left(21) ^ u64::from(coordinate.cast_unsigned()))
             .wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -68,7 +89,7 @@ impl BrickGrid {
 
     /// Stores a brick whose first node is `first` (multiples of [`BRICK`]).
     pub fn insert_brick(&mut self, first: [i32; 3], values: Box<[f32; 512]>) {
-        *self.brick_mut(first.map(|f| f.div_euclid(BRICK))) = values;
+        *self.brick_mut(Key::holding(first)) = values;
     }
 
     /// Number of stored bricks.
@@ -85,19 +106,20 @@ impl BrickGrid {
 
     /// Sets a node, storing its brick if need be.
     pub fn set(&mut self, node: [i32; 3], value: f32) {
-        self.brick_mut(node.map(|n| n.div_euclid(BRICK)))[offset(node)] = value;
+        self.brick_mut(Key::holding(node))[offset(node)] = value;
     }
 
     /// The brick that holds a node.
     #[inline]
     fn brick(&self, node: [i32; 3]) -> Option<&[f32; NODES]> {
-        let &place = self.place.get(&node.map(|n| n.div_euclid(BRICK)))?;
+        let &place = self.place.get(&Key::holding(node))?;
         Some(&self.stored[place as usize].1)
     }
 
-    fn brick_mut(&mut self, key: [i32; 3]) -> &mut Box<[f32; NODES]> {
+    fn brick_mut(&mut self, key: Key) -> &mut Box<[f32; NODES]> {
         let place = *self.place.entry(key).or_insert_with(|| {
-            self.stored.push((key, Box::new([self.background; NODES])));
+            self.stored
+                .push((key.0, Box::new([self.background; NODES])));
             self.stored.len() as u32 - 1
         });
         &mut self.stored[place as usize].1
@@ -108,14 +130,22 @@ impl BrickGrid {
         self.origin + Vec3::new(node[0].into(), node[1].into(), node[2].into()) * self.voxel
     }
 
+    /// The value at `x`, trilinear between nodes.
+    pub fn value(&self, x: &Vec3) -> Real {
+        let (corner, f) = self.around(x);
+        let lerp = |a: Real, b: Real, t: Real| a + (b - a) * t;
+        let along_z: [Real; 4] =
+            std::array::from_fn(|i| lerp(corner[2 * i], corner[2 * i + 1], f.z));
+        lerp(
+            lerp(along_z[0], along_z[1], f.y),
+            lerp(along_z[2], along_z[3], f.y),
+            f.x,
+        )
+    }
+
     /// The value at `x`, trilinear between nodes, and its gradient [1/m].
     pub fn sample(&self, x: &Vec3) -> (Real, Vec3) {
-        let local = (x - self.origin) / self.voxel;
-        // A particle lost far away must find the background, not an overflow.
-        let base = local.map(|c| c.floor().clamp(-1e9, 1e9));
-        let f = local - base;
-        let first = [base.x as i32, base.y as i32, base.z as i32];
-        let corner = self.corners(first);
+        let (corner, f) = self.around(x);
         let lerp = |a: Real, b: Real, t: Real| a + (b - a) * t;
         // Value: along z, then y, then x; gradient: the same differences, interpolated on the other two axes.
         let along_z: [Real; 4] =
@@ -137,7 +167,16 @@ impl BrickGrid {
         (lerp(along_y[0], along_y[1], f.x), gradient / self.voxel)
     }
 
-    /// The eight values around a point, z running fastest.
+    /// The eight values around `x`, z running fastest, and where `x` lies between them.
+    #[inline]
+    fn around(&self, x: &Vec3) -> ([Real; 8], Vec3) {
+        let local = (x - self.origin) / self.voxel;
+        // A particle lost far away must find the background, not an overflow.
+        let base = local.map(|c| c.floor().clamp(-1e9, 1e9));
+        let first = [base.x as i32, base.y as i32, base.z as i32];
+        (self.corners(first), local - base)
+    }
+
     fn corners(&self, first: [i32; 3]) -> [Real; 8] {
         let inner = first.map(|n| n.rem_euclid(BRICK));
         if inner.iter().all(|&n| n < BRICK - 1) {
@@ -185,6 +224,7 @@ mod tests {
         for _ in 0..200 {
             let x = grid.origin + random.cube() * 2.0;
             let (value, gradient) = grid.sample(&x);
+            assert_eq!(value, grid.value(&x));
             assert!((value - slope.dot(&x)).abs() < 1e-5);
             assert!((gradient - slope).norm() < 1e-4);
         }

@@ -17,6 +17,19 @@ pub struct MeshDistance {
     tree: Bvh,
 }
 
+/// Triangles near a point, ascending by their distance from it.
+pub struct Nearby {
+    centre: Vec3,
+    nearest: Vec<(Real, u32)>,
+}
+
+impl Nearby {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.nearest.is_empty()
+    }
+}
+
 /// Closest point so far: squared distance [m²], triangle, point [m], feature as in `MeshDistance::normals`.
 #[derive(Clone, Copy)]
 struct Closest {
@@ -118,28 +131,36 @@ impl MeshDistance {
         near
     }
 
-    /// Signed distance [m] when the closest triangle is known to be among `candidates`: for many points close together.
-    pub fn signed_among(&self, x: &Vec3, candidates: &[u32]) -> Real {
+    /// Those of `candidates` that are at most `slack` [m] farther from `centre` than the nearest of them.
+    pub fn nearest_within(&self, centre: &Vec3, slack: Real, candidates: &[u32]) -> Nearby {
+        let distance = |&t: &u32| (self.closest_on(centre, t).square.sqrt(), t);
+        let mut nearest: Vec<(Real, u32)> = candidates.iter().map(distance).collect();
+        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let least = nearest.first().map_or(0.0, |(distance, _)| *distance);
+        nearest.truncate(nearest.partition_point(|(distance, _)| *distance <= least + slack));
+        Nearby {
+            centre: *centre,
+            nearest,
+        }
+    }
+
+    /// Signed distance [m] when the closest triangle is known to be among `nearby`: for many points close together.
+    pub fn signed_among(&self, x: &Vec3, nearby: &Nearby) -> Real {
         let mut closest = Closest::NONE;
-        for &t in candidates {
+        let away = (x - nearby.centre).norm();
+        let mut reach = Real::INFINITY;
+        for &(distance, t) in &nearby.nearest {
+            // A hair more than the triangle inequality asks, for rounding.
+            if distance > reach {
+                break;
+            }
             let candidate = self.closest_on(x, t);
             if candidate.square < closest.square {
                 closest = candidate;
+                reach = (closest.square.sqrt() + away) * (1.0 + 1e-12);
             }
         }
         self.signed_distance(x, &closest)
-    }
-
-    /// Those of `candidates` that are at most `slack` [m] farther from `centre` than the nearest of them.
-    pub fn nearest_within(&self, centre: &Vec3, slack: Real, candidates: &[u32]) -> Vec<u32> {
-        let distance = |t: u32| self.closest_on(centre, t).square.sqrt();
-        let distances: Vec<Real> = candidates.iter().map(|&t| distance(t)).collect();
-        let reach = slack + distances.iter().copied().fold(Real::INFINITY, Real::min);
-        let kept = candidates
-            .iter()
-            .zip(&distances)
-            .filter(|(_, d)| **d <= reach);
-        kept.map(|(t, _)| *t).collect()
     }
 
     fn signed_distance(&self, x: &Vec3, closest: &Closest) -> Real {
@@ -226,11 +247,12 @@ mod tests {
             excess.map(|e| e.max(0.0)).norm() + excess.max().min(0.0)
         };
         let all: Vec<u32> = (0..12).collect();
+        let nearby = distance.nearest_within(&Vec3::new(0.9, 0.3, 0.2), 20.0, &all);
         let mut random = crate::math::Stream::new(4, "distance");
         for _ in 0..5000 {
             let x = random.cube() * 3.0;
             assert!((distance.signed(&x) - exact(&x)).abs() < 1e-12);
-            assert!((distance.signed_among(&x, &all) - exact(&x)).abs() < 1e-12);
+            assert!((distance.signed_among(&x, &nearby) - exact(&x)).abs() < 1e-12);
         }
         assert!(distance.signed(&Vec3::new(2.0, 2.0, 1.5)) > 0.0);
         assert_eq!(distance.within(&Vec3::new(3.0, 0.0, 0.0), 2.04).len(), 2);

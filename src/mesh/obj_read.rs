@@ -1,93 +1,13 @@
 //! OBJ in: positions and faces, any unit, either up axis; says the line of whatever is wrong.
 //!
-//! Texture coordinates and normals are passed over: two faces are neighbours when they share positions, whatever
-//! normals they carry.
+//! tobj reads; this door shows it the lines that make the shape and no others. Normals, texture coordinates, groups
+//! and materials are passed over: two faces are neighbours when they share positions, whatever else they carry.
+//! Memory grows with the length of the file, whatever numbers stand in it.
 
-use super::TriMesh;
+use super::{LengthUnit, TriMesh, UpAxis};
 use crate::math::{Real, Vec3};
-use serde::{Deserialize, Serialize};
+use std::io::BufRead;
 use std::path::Path;
-
-/// Unit of the coordinates in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LengthUnit {
-    /// Metres.
-    #[serde(rename = "m")]
-    Metre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-}
-
-impl LengthUnit {
-    /// Metres per unit.
-    pub fn metres(self) -> Real {
-        match self {
-            Self::Metre => 1.0,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-        }
-    }
-
-    /// Decimals that show a tenth of a micrometre.
-    pub(super) fn decimals(self) -> u32 {
-        match self {
-            Self::Metre => 7,
-            Self::Centimetre => 5,
-            Self::Millimetre => 4,
-        }
-    }
-}
-
-impl std::fmt::Display for LengthUnit {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Metre => "m",
-            Self::Centimetre => "cm",
-            Self::Millimetre => "mm",
-        })
-    }
-}
-
-/// Vertical axis of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum UpAxis {
-    /// As artists' tools have it.
-    Y,
-    /// As inside this program.
-    Z,
-}
-
-impl UpAxis {
-    /// From the file's axes to ours.
-    fn inward(self, p: &Vec3) -> Vec3 {
-        match self {
-            Self::Y => Vec3::new(p.x, -p.z, p.y),
-            Self::Z => *p,
-        }
-    }
-
-    /// From our axes to the file's.
-    pub(super) fn outward(self, p: &Vec3) -> Vec3 {
-        match self {
-            Self::Y => Vec3::new(p.x, p.z, -p.y),
-            Self::Z => *p,
-        }
-    }
-}
-
-impl std::fmt::Display for UpAxis {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Y => "y",
-            Self::Z => "z",
-        })
-    }
-}
 
 /// Why an OBJ file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -134,84 +54,65 @@ pub fn read_obj(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<TriMesh, Ob
 /// Reads the triangles of OBJ `text`; `file` is its name in messages.
 ///
 /// Polygons become fans. Faces that name a position twice enclose nothing and are left out, as are positions
-/// that no face uses. Vertices are not joined.
+/// that no face uses. Vertices are not joined; they come in the order in which faces use them.
 pub fn parse_obj(
     text: &[u8],
     file: &str,
     unit: LengthUnit,
     up: UpAxis,
 ) -> Result<TriMesh, ObjError> {
-    let mut mesh = TriMesh::default();
-    let mut line_of_triangle = Vec::new();
-    let mut corners = Vec::new();
-    for (index, bytes) in text.split(|&b| b == b'\n').enumerate() {
-        let line = index + 1;
-        let at = |problem: String| ObjError::Line {
-            file: file.to_owned(),
-            line,
-            problem,
+    let at = |(line, problem): (usize, String)| ObjError::Line {
+        file: file.to_owned(),
+        line,
+        problem,
+    };
+    let mut lines = ShapeLines::new(text);
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ..Default::default()
+    };
+    let (positions, indices) =
+        match tobj::load_obj_buf(&mut lines, &options, |_| Ok(<_>::default())) {
+            // Without names of groups and materials there is one model.
+            Ok((models, _)) => models
+                .into_iter()
+                .next()
+                .map_or_else(Default::default, |m| (m.mesh.positions, m.mesh.indices)),
+            // Only known at the end, because a face may stand before its vertices.
+            Err(tobj::LoadError::FaceVertexOutOfBounds) => {
+                let found = stray_corner(text);
+                return Err(at(
+                    found.unwrap_or((lines.line, "a face refers to no vertex".into()))
+                ));
+            }
+            Err(error) => return Err(at((lines.line, lines.refused(error)))),
         };
-        // Comments and names may be in any encoding.
-        let content = String::from_utf8_lossy(bytes.split(|&b| b == b'#').next().unwrap_or(&[]));
-        let mut words = content.split_ascii_whitespace();
-        match words.next() {
-            None => {}
-            Some("v") => {
-                let position = parse_position(&mut words).map_err(at)?;
-                mesh.positions.push(up.inward(&position) * unit.metres());
-            }
-            Some("f") => {
-                corners.clear();
-                for word in words {
-                    corners.push(parse_corner(word, mesh.positions.len()).map_err(at)?);
-                }
-                if corners.len() < 3 {
-                    return Err(at(format!(
-                        "a face needs at least 3 vertices, found {}",
-                        corners.len()
-                    )));
-                }
-                for k in 1..corners.len() - 1 {
-                    mesh.triangles
-                        .push([corners[0], corners[k], corners[k + 1]]);
-                    line_of_triangle.push(line as u32);
-                }
-            }
-            Some(keyword) if PASSED_OVER.contains(&keyword) => {}
-            Some(keyword) => {
-                let shown: String = keyword
-                    .chars()
-                    .take(20)
-                    .flat_map(char::escape_default)
-                    .collect();
-                return Err(at(format!(
-                    "unknown keyword `{shown}`: is this an OBJ file?"
-                )));
-            }
-        }
-    }
-    let count = mesh.positions.len();
-    let outside = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= count);
-    for (triangle, &line) in mesh.triangles.iter().zip(&line_of_triangle) {
-        if let Some(vertex) = outside(triangle) {
-            return Err(ObjError::Line {
-                file: file.to_owned(),
-                line: line as usize,
-                problem: format!(
-                    "face refers to vertex {}, the mesh has {count}",
-                    u64::from(vertex) + 1
-                ),
-            });
-        }
-    }
+    let mut mesh = TriMesh {
+        positions: positions
+            .chunks_exact(3)
+            .map(|p| up.inward(&Vec3::new(p[0], p[1], p[2])) * unit.metres())
+            .collect(),
+        triangles: indices
+            .chunks_exact(3)
+            .map(|t| [t[0], t[1], t[2]])
+            .collect(),
+    };
     compact(&mut mesh);
-    if mesh.triangles.is_empty() {
-        return Err(ObjError::Empty {
-            file: file.to_owned(),
-            vertices: count,
-        });
+    if mesh.triangles.is_empty() || positions.iter().any(|c| !usable(*c)) {
+        return Err(unusable_coordinate(text).map_or_else(
+            || ObjError::Empty {
+                file: file.to_owned(),
+                vertices: vertices(text),
+            },
+            at,
+        ));
     }
     Ok(mesh)
+}
+
+/// Up to 1000 km in any unit; beyond, volumes overflow and cells do not fit their indices.
+fn usable(coordinate: Real) -> bool {
+    coordinate.abs() <= 1e9
 }
 
 /// Keywords of the format that say nothing about the shape of a polygon mesh.
@@ -220,48 +121,157 @@ const PASSED_OVER: [&str; 19] = [
     "bevel", "c_interp", "d_interp", "lod", "end",
 ];
 
-fn parse_position<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Vec3, String> {
-    let mut position = Vec3::zeros();
-    for axis in 0..3 {
-        let word = words
-            .next()
-            .ok_or_else(|| format!("a vertex needs 3 coordinates, found {axis}"))?;
-        position[axis] = word
-            .parse()
-            .map_err(|_| format!("expected a coordinate, found `{}`", clipped(word)))?;
-        // Up to 1000 km in any unit; beyond, volumes overflow and cells do not fit their indices.
-        if position[axis].is_nan() || position[axis].abs() > 1e9 {
-            return Err(format!("coordinate {} is not usable", clipped(word)));
+/// The words of a line that say something about the shape: `v` and three coordinates, or `f` and all its corners.
+///
+/// Without comments, colours and weights, normals, names: so tobj sees one mesh whose vertices are positions.
+fn shape_words(line: &str) -> Result<Vec<&str>, String> {
+    let content = line.split('#').next().unwrap_or("");
+    let mut words: Vec<&str> = content.split_whitespace().collect();
+    match words.first().copied() {
+        Some("v") => words.truncate(4),
+        Some("f") if words.len() < 4 => {
+            let found = words.len() - 1;
+            return Err(format!("a face needs at least 3 vertices, found {found}"));
         }
+        Some("f") => {}
+        Some(keyword) if !PASSED_OVER.contains(&keyword) => {
+            let shown = clipped(keyword);
+            return Err(format!("unknown keyword `{shown}`: is this an OBJ file?"));
+        }
+        _ => words.clear(),
     }
-    Ok(position)
+    Ok(words)
 }
 
-/// `7`, `7/2`, `7//5`, `7/2/5`, or negative: counted back from the latest vertex. Returns the index from 0.
-fn parse_corner(word: &str, count: usize) -> Result<u32, String> {
-    let wrong = || {
-        format!(
-            "expected a vertex such as `7`, `7/2` or `7//5`, found `{}`",
-            clipped(word)
-        )
-    };
-    let mut parts = word.split('/');
-    let index: i64 = parts.next().unwrap_or("").parse().map_err(|_| wrong())?;
-    let references = parts.clone().count();
-    if references > 2 || parts.any(|part| !part.is_empty() && part.parse::<i64>().is_err()) {
-        return Err(wrong());
+/// Hands tobj the shape of a file line by line, and knows at which line it is.
+struct ShapeLines<'a> {
+    lines: std::slice::Split<'a, u8, fn(&u8) -> bool>,
+    /// Number of the line handed out last, from 1.
+    line: usize,
+    words: String,
+    taken: usize,
+    problem: Option<String>,
+}
+
+impl<'a> ShapeLines<'a> {
+    fn new(text: &'a [u8]) -> Self {
+        Self {
+            lines: text.split(|byte| *byte == b'\n'),
+            line: 0,
+            words: String::new(),
+            taken: 0,
+            problem: None,
+        }
     }
-    let from_zero = if index < 0 {
-        index.checked_add_unsigned(count as u64)
-    } else {
-        index.checked_sub(1)
-    };
-    match from_zero {
-        Some(i) if index != 0 && i >= 0 && i < i64::from(u32::MAX) => Ok(i as u32),
-        _ => Err(format!(
-            "face refers to vertex {index}, the mesh has {count}"
-        )),
+
+    /// Why tobj stopped at the current line.
+    fn refused(&self, error: tobj::LoadError) -> String {
+        if let Some(problem) = &self.problem {
+            return problem.clone();
+        }
+        let words: Vec<&str> = self.words.split_whitespace().skip(1).collect();
+        let no_number = words.iter().find(|word| word.parse::<Real>().is_err());
+        match (error, no_number) {
+            (tobj::LoadError::PositionParseError, Some(word)) => {
+                format!("expected a coordinate, found `{}`", clipped(word))
+            }
+            (tobj::LoadError::PositionParseError, None) => {
+                format!("a vertex needs 3 coordinates, found {}", words.len())
+            }
+            (tobj::LoadError::FaceParseError, _) => format!(
+                "expected a vertex such as `7`, `7/2` or `7//5`, found `{}`",
+                clipped(&words.join(" "))
+            ),
+            _ => error.to_string(),
+        }
     }
+}
+
+impl std::io::Read for ShapeLines<'_> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let count = std::io::Read::read(&mut self.fill_buf()?, out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl BufRead for ShapeLines<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        while self.taken == self.words.len() {
+            let Some(bytes) = self.lines.next() else {
+                break;
+            };
+            self.line += 1;
+            // Comments and names may be in any encoding.
+            match shape_words(&String::from_utf8_lossy(bytes)) {
+                Ok(words) if words.is_empty() => {}
+                Ok(words) => {
+                    self.words = words.join(" ") + "\n";
+                    self.taken = 0;
+                }
+                Err(problem) => {
+                    self.problem = Some(problem);
+                    return Err(std::io::ErrorKind::InvalidData.into());
+                }
+            }
+        }
+        Ok(&self.words.as_bytes()[self.taken..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.taken += count;
+    }
+}
+
+/// The first line for which `wrong` has words, given the words of the line and the vertices before it.
+fn first_wrong(
+    text: &[u8],
+    wrong: impl Fn(&[&str], usize) -> Option<String>,
+) -> Option<(usize, String)> {
+    let mut before = 0;
+    text.split(|byte| *byte == b'\n')
+        .zip(1..)
+        .find_map(|(bytes, line)| {
+            let content = String::from_utf8_lossy(bytes);
+            let words = shape_words(&content).unwrap_or_default();
+            let found = wrong(&words, before);
+            before += usize::from(words.first() == Some(&"v"));
+            found.map(|problem| (line, problem))
+        })
+}
+
+fn vertices(text: &[u8]) -> usize {
+    let is_vertex = |bytes: &&[u8]| {
+        let content = String::from_utf8_lossy(bytes);
+        shape_words(&content).is_ok_and(|words| words.first() == Some(&"v"))
+    };
+    text.split(|byte| *byte == b'\n').filter(is_vertex).count()
+}
+
+fn unusable_coordinate(text: &[u8]) -> Option<(usize, String)> {
+    first_wrong(text, |words, _| {
+        let (_, coordinates) = words.split_first().filter(|(first, _)| **first == "v")?;
+        let unusable = |word: &&&str| word.parse().is_ok_and(|c| !usable(c));
+        let word = coordinates.iter().find(unusable)?;
+        Some(format!("coordinate {} is not usable", clipped(word)))
+    })
+}
+
+fn stray_corner(text: &[u8]) -> Option<(usize, String)> {
+    let count = vertices(text) as i64;
+    first_wrong(text, |words, before| {
+        let (_, corners) = words.split_first().filter(|(first, _)| **first == "f")?;
+        corners.iter().find_map(|corner| {
+            let word = corner.split('/').next().unwrap_or("");
+            let from_zero = match word.parse::<i64>() {
+                Ok(index) if index < 0 => index + before as i64,
+                Ok(index) => index - 1,
+                Err(_) => -1,
+            };
+            let stray = from_zero < 0 || from_zero >= count;
+            stray.then(|| format!("face refers to vertex {word}, the mesh has {count}"))
+        })
+    })
 }
 
 fn clipped(word: &str) -> String {
@@ -360,6 +370,11 @@ mod tests {
             let message = parse(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
+        // tobj alone would refuse the first and tear the second apart.
+        let coloured = format!("{CORNERS}v 1 1 1 0.5 0.5 0.5\nf 1 2 5 # c\n");
+        assert_eq!(parse(&coloured).unwrap().positions.len(), 3);
+        let grouped = format!("f 1 3 2\n{CORNERS}g a\nf 1 2 4\no b\nf 2 3 4\nusemtl c\nf 3 1 4\n");
+        assert!(inspect(&parse(&grouped).unwrap()).is_closed());
         let garbage: Vec<u8> = (0..=255).cycle().take(5000).collect();
         assert!(parse_obj(&garbage, "g", LengthUnit::Metre, UpAxis::Z).is_err());
     }
@@ -368,6 +383,14 @@ mod tests {
         #[test]
         fn no_text_makes_it_panic(text in "([vf#] ?[-0-9/. ]{0,12}\n){0,12}") {
             let _ = parse(&text);
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(bytes in proptest::collection::vec(proptest::num::u8::ANY, 0..200)) {
+            for start in ["", "v 0 0 0\nf 1 1 ", "v "] {
+                let text = [start.as_bytes(), &bytes].concat();
+                let _ = parse_obj(&text, "b", LengthUnit::Metre, UpAxis::Z);
+            }
         }
     }
 }

@@ -40,4 +40,11 @@ impl Solid {
         }
         nearest
     }
+
+    /// φ at `x` [m] alone.
+    pub fn phi(&self, x: &Vec3) -> Real {
+        let shapes = self.shapes.iter().map(|shape| shape.distance(x).0);
+        let grids = self.grids.iter().map(|grid| grid.value(x));
+        shapes.chain(grids).fold(Real::INFINITY, Real::min)
+    }
 }

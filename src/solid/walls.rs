@@ -69,7 +69,7 @@ impl Filler<'_> {
     fn descend(&self, first: [i64; 3], edge: i64, found: &mut Vec<Particle>) {
         let centre =
             (Vec3::from(first.map(|f| f as Real)).add_scalar(0.5 * edge as Real)) * self.spacing;
-        let (phi, _) = self.solid.distance(&centre);
+        let phi = self.solid.phi(&centre);
         // A little more than the half diagonal: φ between grid nodes is not exact.
         let radius = (0.87 * edge as Real + 0.1) * self.spacing;
         if phi > radius || phi < -self.depth - radius {
@@ -98,7 +98,7 @@ impl Filler<'_> {
         for sub in 0..FINE.pow(3) {
             let place = [sub / (FINE * FINE), sub / FINE % FINE, sub % FINE];
             let offset = Vec3::from(place.map(|p| p as Real + 0.5 - 0.5 * FINE as Real)) * edge;
-            let (phi, _) = self.solid.distance(&(centre + offset));
+            let phi = self.solid.phi(&(centre + offset));
             let part = (0.5 - phi / edge).clamp(0.0, 1.0);
             if part > 0.0 {
                 share += part;

@@ -279,16 +279,19 @@ impl<'a> CoupledSolver<'a> {
                     let h = self.diagonal[i];
                     (r[i][0] * r[i][0] + r[i][1] * r[i][1] + r[i][2] * r[i][2]) / (h * h)
                 }) / n as Real;
-                (strain.sqrt() / volume, speed.sqrt())
+                let balance = ordered_sum(n, |i| r[i][3]).abs();
+                [strain.sqrt() / volume, speed.sqrt(), balance]
             };
+            let finest = [goal.strain_rate, velocity_goal, goal.balance];
             let mut target = None;
             let iterations = minres::solve(&*self, &b, &mut x, MOST_INNER, |r| {
-                let (strain, speed) = norms(r);
-                let (strain_goal, speed_goal) = *target.get_or_insert((
-                    (LOOSE * strain).max(0.7 * goal.strain_rate),
-                    (LOOSE * speed).max(0.7 * velocity_goal),
-                ));
-                strain <= strain_goal && speed <= speed_goal
+                let left = norms(r);
+                let target = *target.get_or_insert_with(|| {
+                    std::array::from_fn::<Real, 3, _>(|k| (LOOSE * left[k]).max(0.7 * finest[k]))
+                });
+                left.iter()
+                    .zip(target)
+                    .all(|(left, target)| *left <= target)
             });
             outcome.iterations += iterations;
             outcome.outers += 1;

@@ -115,6 +115,12 @@ pub fn solve<S: Operator + Preconditioner + Sync>(
 }
 
 fn for_each(x: &mut [Packed], change: impl Fn(usize, &mut Packed) + Sync) {
+    if x.len() <= 16 * VECTOR_BLOCK {
+        for (i, row) in x.iter_mut().enumerate() {
+            change(i, row);
+        }
+        return;
+    }
     x.par_chunks_mut(VECTOR_BLOCK)
         .enumerate()
         .for_each(|(block, rows)| {

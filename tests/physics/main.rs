@@ -1,7 +1,10 @@
 //! Physics with a closed answer.
+#![allow(clippy::unwrap_used)]
 
 mod channels;
 mod column;
+mod dam;
+mod ledger;
 mod needle;
 mod scenes;
 mod waves;

@@ -80,19 +80,15 @@ pub fn run(mut simulation: Simulation, end: Real) -> Simulation {
     let mut steps = 0_u64;
     let mut iterations = 0;
     let mut unconverged = 0;
-    simulation
-        .advance_to(end, |report| {
-            steps += 1;
-            iterations += report.iterations;
-            unconverged += u32::from(!report.converged);
-            if !report.converged && unconverged < 6 {
-                eprintln!("{report:?}");
-            }
-        })
-        .unwrap();
-    eprintln!(
-        "{steps} steps, {:.1} iterations each, {unconverged} not converged",
-        iterations as Real / steps as Real
-    );
+    // Inside the pool a parallel loop need not wake anyone to start it.
+    let pool = rayon::ThreadPoolBuilder::new().build().unwrap();
+    let each = |report: &osteoflow::sim::StepReport| {
+        steps += 1;
+        iterations += report.iterations;
+        unconverged += u32::from(!report.converged);
+    };
+    pool.install(|| simulation.advance_to(end, each)).unwrap();
+    let mean = iterations as Real / steps as Real;
+    eprintln!("{steps} steps, {mean:.1} iterations each, {unconverged} not converged");
     simulation
 }

@@ -1,0 +1,146 @@
+//! Nodes of the trabecular network, and which of them are joined.
+
+use super::network::Strut;
+use super::settings::{BoneError, BoneSettings};
+use crate::math::{Aabb, Real, Vec3, hash_unit};
+use crate::mesh::{MeshDistance, square_to_box};
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use rayon::prelude::*;
+
+/// More lattice cells than this are refused.
+const MAX_CELLS: Real = 2e7;
+
+/// The longest strut, in periods: within half of it around its middle there is no other node, yet the cell there
+/// holds one (√3 periods reach across it).
+const REACH: Real = 3.5;
+
+/// Struts differ in thickness by this share, up and down.
+const UNEVEN: Real = 0.2;
+
+struct Node {
+    position: Vec3,
+    region: usize,
+    period: Real,
+    inside: bool,
+}
+
+/// The nodes of all regions, in the bone and just outside.
+pub(super) struct Nodes {
+    all: Vec<Node>,
+    tree: Bvh,
+    seed: u64,
+}
+
+impl Nodes {
+    /// One node a cell of each region's lattice, where it falls into the region.
+    pub(super) fn scatter(
+        settings: &BoneSettings,
+        distance: &MeshDistance,
+        bounds: &Aabb,
+    ) -> Result<Self, BoneError> {
+        let mut nodes = Vec::new();
+        for (region, what) in settings.regions.iter().enumerate() {
+            let period = what.period;
+            let extent = bounds.extent();
+            if extent.map(|e| e / period + 3.0).product() > MAX_CELLS {
+                return Err(BoneError::TooFine {
+                    size: extent.max(),
+                    key: format!("regions[{region}].period"),
+                    length: period,
+                });
+            }
+            let seed = settings.seed.wrapping_add(region as u64);
+            let count = extent.map(|e| (e / period).ceil() as i64 + 3);
+            let of_region: Vec<Node> = (0..count.x * count.y * count.z)
+                .into_par_iter()
+                .filter_map(|c| {
+                    let cell = [c / (count.y * count.z), c / count.z % count.y, c % count.z];
+                    let position = bounds.min
+                        + Vec3::from_fn(|axis, _| {
+                            let stray = 2.0 * hash_unit(seed, cell, axis as u64) - 1.0;
+                            (cell[axis] as Real - 0.5 + settings.jitter * stray) * period
+                        });
+                    if settings.region_at(&position) != region {
+                        return None;
+                    }
+                    let depth = distance.signed(&position);
+                    (depth < REACH * period).then_some(Node {
+                        position,
+                        region,
+                        period,
+                        inside: depth < 0.0,
+                    })
+                })
+                .collect();
+            nodes.extend(of_region);
+        }
+        let boxes: Vec<_> = nodes
+            .iter()
+            .map(|node| {
+                let corner = node.position.into();
+                parry3d_f64::bounding_volume::Aabb::new(corner, corner)
+            })
+            .collect();
+        Ok(Self {
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            all: nodes,
+            seed: settings.seed,
+        })
+    }
+
+    /// The struts that have an end inside the bone, each with the first of its regions; `radius` holds their
+    /// thickness relative to others.
+    pub(super) fn join(&self, vertical: Real) -> Vec<(usize, Strut)> {
+        let of_node: Vec<Vec<(usize, Strut)>> = (0..self.all.len())
+            .into_par_iter()
+            .map(|i| {
+                let joined = self.joined_to(i).into_iter();
+                joined.map(|j| self.strut(i, j, vertical)).collect()
+            })
+            .collect();
+        of_node.into_iter().flatten().collect()
+    }
+
+    /// The nodes that are joined to node `i` and leave the strut to it: each strut belongs to its coarser end.
+    fn joined_to(&self, i: usize) -> Vec<usize> {
+        let node = &self.all[i];
+        let far = |j: usize| (self.all[j].position - node.position).norm_squared();
+        let reach = (REACH * node.period).powi(2);
+        let mut around: Vec<(Real, usize)> = self
+            .tree
+            .leaves(|leaf: &BvhNode| square_to_box(&node.position, leaf) <= reach)
+            .map(|j| (far(j as usize), j as usize))
+            .filter(|&(_, j)| j != i)
+            .collect();
+        around.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let owned = |j: usize| {
+            let other = &self.all[j];
+            let coarser = other.period < node.period || other.period == node.period && i < j;
+            coarser && (node.inside || other.inside)
+        };
+        let free = |&&(square, j): &&(Real, usize)| {
+            let to = &self.all[j].position;
+            let nearer = around.iter().take_while(|(near, _)| *near < square);
+            nearer
+                .map(|&(_, k)| (self.all[k].position - to).norm_squared())
+                .all(|across| across >= square)
+        };
+        let candidates = around.iter().filter(|&&(_, j)| owned(j));
+        candidates.filter(free).map(|&(_, j)| j).collect()
+    }
+
+    fn strut(&self, i: usize, j: usize, vertical: Real) -> (usize, Strut) {
+        let (from, to) = (&self.all[i], &self.all[j]);
+        let along = (to.position - from.position).try_normalize(0.0);
+        let upright = along.map_or(0.0, |along| along.z * along.z);
+        let uneven = 1.0 + UNEVEN * (2.0 * hash_unit(self.seed, [i as i64, j as i64, 0], 3) - 1.0);
+        (
+            from.region.min(to.region),
+            Strut {
+                from: from.position,
+                to: to.position,
+                radius: (1.0 + (vertical - 1.0) * upright) * uneven,
+            },
+        )
+    }
+}
