@@ -25,6 +25,7 @@ pub fn mesh_grid(mesh: &TriMesh, voxel: Real, band: Real) -> BrickGrid {
                 return None;
             }
             let near = distance.within(&centre, middle.abs() + 2.0 * radius);
+            let near = distance.nearest_within(&centre, 2.0 * radius, &near);
             let values = std::array::from_fn(|n| {
                 if middle < -(band + radius) {
                     return -band as f32;
