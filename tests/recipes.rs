@@ -2,8 +2,12 @@
 
 mod shared;
 
+use osteoflow::bone::landmarks;
+use osteoflow::math::Vec3;
+use osteoflow::mesh::{LengthUnit, MeshDistance, read_obj};
 use osteoflow::scene;
 use osteoflow::sim::TimeStep;
+use osteoflow::solid::Shape;
 use std::path::{Path, PathBuf};
 
 fn recipes() -> Vec<PathBuf> {
@@ -52,10 +56,46 @@ fn the_main_job_is_what_it_says() {
     let entering = inlet.dose / scene.sim.spacing.powi(3);
     assert!(entering >= 10_000.0, "{entering}");
     assert!(scene.sim.duration * scene.sim.frames_per_second >= 48.0);
-    assert_eq!(scene.bone.expect("a bone").regions.len(), 2);
+    assert_eq!(scene.bone.expect("a bone").settings.regions.len(), 2);
     // The cement enters 8 mm behind the tip and flows along the cannula.
-    let tip = osteoflow::math::Vec3::new(7e-3, 6e-3, 3e-3);
-    assert!((inlet.position + inlet.direction * 8e-3 - tip).norm() < 1e-12);
+    assert!((inlet.position + inlet.direction * 8e-3 - TIP).norm() < 1e-12);
+}
+
+const TIP: Vec3 = Vec3::new(8e-3, -2e-3, 0.0);
+
+/// The cannula enters from behind, stays inside the pedicle's cortex, and ends where the dose has room on all sides.
+#[test]
+fn the_needle_of_the_main_job_lies_well() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipeline/vertebra.toml");
+    let (_, scene) = scene::load(&path, &[]).expect("resolves");
+    let bone = scene.bone.expect("a bone");
+    let mesh = read_obj(&bone.file.path, bone.file.unit, bone.file.up).expect("the asset");
+    let frame = landmarks::find(&mesh).expect("a vertebra").to_frame();
+    let distance = MeshDistance::new(&mesh.transformed(&frame));
+    let cortex = bone.settings.shell_thickness;
+    assert!(
+        distance.signed(&TIP) < -9e-3 - cortex,
+        "{}",
+        distance.signed(&TIP)
+    );
+    let [
+        Shape::Tube {
+            base,
+            axis,
+            length,
+            outer,
+            ..
+        },
+    ] = &scene.shapes[..]
+    else {
+        panic!("one cannula: {:?}", scene.shapes);
+    };
+    assert!((base + axis * *length - TIP).norm() < 1e-12);
+    // From the tip to the back edge of the pedicle.
+    let pedicle = (0..=28).map(|mm| TIP - axis * (f64::from(mm) * 1e-3));
+    let nearest = pedicle.map(|x| -distance.signed(&x)).fold(1.0, f64::min);
+    assert!(nearest > outer + cortex, "{nearest}");
+    assert!(distance.signed(base) > 5e-3, "the hub is outside");
 }
 
 #[test]
@@ -70,7 +110,7 @@ fn the_bone_may_be_any_file_in_any_unit() {
     ];
     let (_, scene) = scene::load(&path, &sets).expect("resolves");
     let file = scene.bone.expect("a bone").file;
-    assert_eq!(file.unit, 1.0);
+    assert_eq!(file.unit, LengthUnit::Metre);
     // An absolute path stays itself.
     assert_eq!(file.path, bone);
 }
