@@ -24,8 +24,8 @@ pub fn mesh_grid(mesh: &TriMesh, voxel: Real, band: Real) -> BrickGrid {
             if middle > band + radius {
                 return None;
             }
-            let near = distance.within(&centre, middle.abs() + 2.0 * radius);
-            let near = distance.nearest_within(&centre, 2.0 * radius, &near);
+            let candidates = distance.within(&centre, middle.abs() + 2.0 * radius);
+            let near = distance.nearest_within(&centre, 2.0 * radius, &candidates);
             let values = std::array::from_fn(|n| {
                 if middle < -(band + radius) {
                     return -band as f32;
