@@ -54,17 +54,28 @@ pub(super) struct VertebraArguments {
     #[arg(short, long)]
     pub out: PathBuf,
     /// Width of the body, left to right, such as "45 mm".
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| between(text, "10 mm", "200 mm"))]
     pub width: Option<Length>,
     /// Depth of the body, front to back.
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| between(text, "10 mm", "200 mm"))]
     pub depth: Option<Length>,
     /// Height of the body.
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| between(text, "10 mm", "200 mm"))]
     pub height: Option<Length>,
     /// Edge of the lattice that the surface is drawn on.
-    #[arg(long)]
+    #[arg(long, value_parser = |text: &str| between(text, "0.4 mm", "5 mm"))]
     pub resolution: Option<Length>,
+}
+
+/// A length in a range that gives a bone, and not a dust grain or a mountain.
+fn between(text: &str, least: &str, most: &str) -> Result<Length, String> {
+    let parse = |text: &str| text.parse::<Length>().map_err(|e| e.to_string());
+    let length = parse(text)?;
+    if (parse(least)?.si()..=parse(most)?.si()).contains(&length.si()) {
+        Ok(length)
+    } else {
+        Err(format!("expected {least} to {most}"))
+    }
 }
 
 /// A recipe, and where its results go.
