@@ -563,6 +563,7 @@ impl Stepper<'_> {
     pub fn move_particles(&mut self) {
         let dt = self.dt;
         let (near, solid, domain) = (&self.near, self.solid, self.domain);
+        let most_depth = MOST_DEPTH * self.settings.spacing;
         self.fluid
             .position
             .par_iter_mut()
@@ -571,7 +572,11 @@ impl Stepper<'_> {
             .for_each(|(i, x)| {
                 let aim = *x + self.mix.velocity[i] * dt;
                 let open = near.wall.row(i).is_empty();
-                *x = domain.wrapped(if open { aim } else { beside(solid, x, aim) });
+                *x = domain.wrapped(if open {
+                    aim
+                } else {
+                    beside(solid, x, aim, most_depth)
+                });
             });
         self.measure_inlet_pressure();
         let rest_volume = self.near.rest_volume;
@@ -640,32 +645,31 @@ impl Stepper<'_> {
     }
 }
 
-/// Where a particle comes to rest that aims at a point inside the solid: on the surface, on the side it came from.
-///
-/// Without it slow creep takes a particle in a hundred thousand into a strut, where no fluid carries it out again.
-fn beside(solid: &Solid, from: &Vec3, aim: Vec3) -> Vec3 {
+/// How far a particle's centre may lie inside the solid, in spacings: the true surface of a rough wall is only
+/// known that well to the particles, and holding them off it costs flow and stability.
+const MOST_DEPTH: Real = 0.3;
+
+/// Where a particle comes to rest that aims at a point too deep inside the solid: as deep as allowed, on the side it
+/// came from. Without it slow creep takes one particle in a thousand through a strut.
+fn beside(solid: &Solid, from: &Vec3, aim: Vec3, most_depth: Real) -> Vec3 {
     let (mut phi, mut normal) = solid.distance(&aim);
-    if phi >= 0.0 {
+    if phi >= -most_depth {
         return aim;
     }
-    let outward = solid.distance(from).1;
+    let (start, outward) = solid.distance(from);
     let mut x = aim;
     for _ in 0..4 {
         if normal.dot(&outward) < 0.0 {
             // Behind the middle of a thin wall: the near way out is the wrong one.
             return *from;
         }
-        x -= normal * phi;
+        x -= normal * (phi + most_depth);
         (phi, normal) = solid.distance(&x);
-        if phi >= -1e-9 {
+        if phi >= -most_depth - 1e-9 {
             return x;
         }
     }
-    if phi > solid.distance(from).0 {
-        x
-    } else {
-        *from
-    }
+    if phi > start { x } else { *from }
 }
 
 fn largest(u: &Sym3) -> Real {
