@@ -60,7 +60,12 @@ fn code(path: &Path, text: &str) -> String {
     if path.file_name().is_some_and(|name| name == "tests.rs") {
         return String::new();
     }
-    let end = text.find("#[cfg(test)]\nmod tests").unwrap_or(text.len());
+    let starts = [
+        "#[cfg(test)]\nmod tests",
+        "#[cfg(test)]\npub(crate) mod tests",
+    ];
+    let end = starts.iter().find_map(|start| text.find(start));
+    let end = end.unwrap_or(text.len());
     let lines = text[..end].lines();
     let code: Vec<&str> = lines
         .filter(|line| !line.trim_start().starts_with("//"))

@@ -15,6 +15,8 @@ use std::path::Path;
 
 /// Angle across the shorter side of a picture [rad].
 const FIELD_OF_VIEW: Real = 0.5;
+/// How far behind the cut face of the bone that of the cement lies, in spacings.
+const STEP_BACK: Real = 0.05;
 /// Cannulas, as sRGB.
 const STEEL: [u8; 3] = [158, 165, 174];
 
@@ -42,6 +44,8 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
 /// What stands around the cement.
 struct Props {
     bone: Shown,
+    /// The part of the bone whose inside is not drawn.
+    rest: Shown,
     inside: Shown,
     walls: Shown,
     cannulas: Shown,
@@ -61,8 +65,10 @@ impl Props {
             let views = &job.scene.preview.views;
             views.iter().any(|view| looks.contains(&view.bone))
         };
+        let bone = Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?;
         Ok(Self {
-            bone: Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?,
+            rest: bone.outside(&job.scene.sim.domain),
+            bone,
             inside: Shown::read(&folder.inside_mesh(), look(&[BoneLook::Cut]))?,
             walls: Shown::read(&folder.wall_mesh(), true)?,
             cannulas: Shown::read(&folder.cannula_mesh(), true)?,
@@ -78,6 +84,17 @@ impl Shown {
         let mesh = read_obj(path, LengthUnit::Metre, UpAxis::Y)?;
         let normals = mesh.vertex_normals();
         Ok(Self { mesh, normals })
+    }
+
+    /// The triangles that reach out of `bounds`.
+    fn outside(&self, bounds: &Aabb) -> Self {
+        let mut part = Self {
+            mesh: self.mesh.clone(),
+            normals: self.normals.clone(),
+        };
+        let inside = |v: &u32| bounds.contains(&self.mesh.positions[*v as usize]);
+        part.mesh.triangles.retain(|t| !t.iter().all(inside));
+        part
     }
 
     fn layer(&self, colour: [u8; 3], material: Material, cut: Option<Cut>) -> MeshLayer<'_> {
@@ -150,9 +167,14 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
         })
     };
     let bone_cap = colour::from_srgb(colour::CUT_BONE);
-    // The part that is taken away stays as glass.
+    // The part that is taken away stays as glass, and so does what has no inside to show.
     let removed = cut(bone_cap).map(|cut| Cut {
         normal: -cut.normal,
+        ..cut
+    });
+    // A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
+    let cement_cut = cut(cement.inner).map(|cut| Cut {
+        point: cut.point - cut.normal * (STEP_BACK * job.scene.sim.spacing),
         ..cut
     });
     let mut meshes = vec![
@@ -162,7 +184,7 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
             normals: Some(&cement.surface.normal),
             colours: Colours::Vertex(&cement.colours),
             material: Material::CEMENT,
-            cut: cut(cement.inner).filter(|_| view.cut_cement),
+            cut: cement_cut.filter(|_| view.cut_cement),
         },
         props.cannulas.layer(STEEL, Material::CEMENT, None),
     ];
@@ -176,11 +198,9 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
             for shown in [&props.inside, &props.walls] {
                 meshes.push(shown.layer(colour::BONE, Material::BONE, cut(bone_cap)));
             }
-            meshes.push(
-                props
-                    .bone
-                    .layer(colour::BONE, Material::GLASS_BONE, removed),
-            );
+            for (shown, cut) in [(&props.bone, removed), (&props.rest, cut(bone_cap))] {
+                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, cut));
+            }
         }
         BoneLook::Hidden => {}
     }

@@ -144,9 +144,16 @@ impl PlacedMesh<'_> {
         Some([at(a)?, at(b)?, at(c)?])
     }
 
-    /// The pixels that each triangle may touch.
+    /// The pixels that each triangle may touch; none for those that the cut takes away.
     pub fn windows(&self, view: &View) -> Vec<Option<Window>> {
-        let window = |i| Triangle::window(&self.corners(i as u32)?, view);
+        let window = |i| {
+            let corners = self.corners(i as u32)?;
+            let removed = |plane: Plane| corners.iter().all(|c| plane.normal.dot(c) > plane.offset);
+            if self.cut.is_some_and(removed) {
+                return None;
+            }
+            Triangle::window(&corners, view)
+        };
         let count = self.layer.triangles.len();
         (0..count).into_par_iter().map(window).collect()
     }
