@@ -93,17 +93,17 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
             if gained == 0.0 {
                 return (alpha[i], own);
             }
-            let velocity = if fraction < ALPHA_EPSILON || fraction > 1.0 - ALPHA_EPSILON {
+            let velocity = if (ALPHA_EPSILON..=1.0 - ALPHA_EPSILON).contains(&fraction) {
+                PerPhase {
+                    liquid: liquid / (1.0 - fraction),
+                    polymer: polymer / fraction,
+                }
+            } else {
                 let momentum = liquid * cement.liquid.density + polymer * cement.polymer.density;
                 let common = momentum / cement.density(fraction);
                 PerPhase {
                     liquid: common,
                     polymer: common,
-                }
-            } else {
-                PerPhase {
-                    liquid: liquid / (1.0 - fraction),
-                    polymer: polymer / fraction,
                 }
             };
             (fraction, velocity)

@@ -100,7 +100,7 @@ impl Ledger {
             self.particles.to_string(),
         ];
         let reals = |row: &mut Vec<String>, values: &[Real]| {
-            row.extend(values.iter().map(|v| format!("{v:e}")))
+            row.extend(values.iter().map(|v| format!("{v:e}")));
         };
         reals(
             &mut row,

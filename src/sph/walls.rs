@@ -31,7 +31,7 @@ impl Walls {
         particles: WallParticles,
         kernel: &Kernel,
         domain: &Domain,
-        depth: impl Fn(&Vec3) -> Real + Sync,
+        depth: impl Fn(&Vec3) -> Real + Sync + Send,
     ) -> Self {
         let cells = Cells::new(&particles.position, kernel.support_radius, domain);
         let own_sum = (0..particles.position.len())
@@ -46,7 +46,7 @@ impl Walls {
                 sum
             })
             .collect();
-        let depth = particles.position.par_iter().map(|x| depth(x)).collect();
+        let depth = particles.position.par_iter().map(depth).collect();
         Self {
             particles,
             depth,

@@ -46,7 +46,7 @@ fn rest(stress: StressStep, viscosity: f64, end: f64) -> (f64, f64) {
     let speed = simulation
         .velocity()
         .iter()
-        .map(|v| v.norm())
+        .map(Vec3::norm)
         .fold(0.0, f64::max);
     // Slope of pressure against height over the lower half.
     let (mut sum, mut count) = (0.0, 0.0);

@@ -4,6 +4,8 @@ use crate::scenes::{newtonian, run, settings};
 use osteoflow::fluid::{Cement, PerPhase, PhaseMaterial};
 use osteoflow::math::{Aabb, Vec3};
 use osteoflow::sim::{Body, BodyShape, Scheme, SimSettings, Simulation, StressStep, TimeStep};
+use osteoflow::solid::Solid;
+use osteoflow::sph::WallParticles;
 
 fn periodic(n: f64, wavelength: f64) -> SimSettings {
     let dx = wavelength / n;
@@ -24,7 +26,7 @@ fn periodic(n: f64, wavelength: f64) -> SimSettings {
 /// Starts u_x = U cos(qy), runs to `end`, and projects the velocity back on the wave.
 fn amplitude(s: SimSettings, end: f64) -> f64 {
     let q = std::f64::consts::TAU / s.domain.max.y;
-    let mut simulation = Simulation::new(s, Default::default(), Default::default()).unwrap();
+    let mut simulation = Simulation::new(s, Solid::default(), WallParticles::default()).unwrap();
     let speed = 0.01;
     for i in 0..simulation.fluid.len() {
         let v = Vec3::new(speed * (q * simulation.fluid.position[i].y).cos(), 0.0, 0.0);
@@ -64,53 +66,33 @@ fn newtonian_wave_decays_as_it_should() {
     }
 }
 
-fn oldroyd(stress: StressStep, dt: f64, jitter: f64) -> Vec<f64> {
-    let exact = [
-        (0.01, 0.882_670),
-        (0.02, 0.588_755),
-        (0.05, -0.394_344),
-        (0.1, 0.006_181),
-        (0.2, -0.132_251),
-    ];
-    exact
-        .iter()
-        .take(3)
-        .map(|&(t, want)| {
-            let mut s = periodic(32.0, 0.05);
-            s.scheme = Scheme::ImmCt;
-            s.stress = stress;
-            s.jitter = jitter;
-            s.cement = Cement {
-                liquid: PhaseMaterial {
-                    density: 1000.0,
-                    viscosity: 0.01,
-                },
-                polymer: PhaseMaterial {
-                    density: 1000.0,
-                    viscosity: 8.0,
-                },
-                relaxation_time: 0.05,
-                ..newtonian(1000.0, 8.0)
-            };
-            s.time_step = TimeStep::Fixed(dt);
-            let got = amplitude(s, t);
-            eprintln!("{stress:?} dt {dt} jitter {jitter}: t {t} got {got:.5} exact {want}");
-            got - want
-        })
-        .collect()
+/// Amplitude at 0.05 s less the exact one, −0.394344.
+fn oldroyd(stress: StressStep, dt: f64) -> f64 {
+    let mut s = periodic(32.0, 0.05);
+    s.scheme = Scheme::ImmCt;
+    s.stress = stress;
+    s.cement = Cement {
+        liquid: PhaseMaterial {
+            density: 1000.0,
+            viscosity: 0.01,
+        },
+        polymer: PhaseMaterial {
+            density: 1000.0,
+            viscosity: 8.0,
+        },
+        relaxation_time: 0.05,
+        ..newtonian(1000.0, 8.0)
+    };
+    s.time_step = TimeStep::Fixed(dt);
+    let got = amplitude(s, 0.05);
+    eprintln!("{stress:?} dt {dt}: {got:.5}, exact -0.39434");
+    got + 0.394_344
 }
 
+/// The elastic wave has swung through: explicit within 2 % of the start, fully implicit with its damping.
 #[test]
 fn oldroyd_b_wave_swings_as_it_should() {
-    for (stress, dt) in [
-        (StressStep::Explicit, 2e-4),
-        (StressStep::Coupled, 2e-4),
-        (StressStep::Coupled, 1e-3),
-    ] {
-        for jitter in [0.0, 0.1] {
-            for error in oldroyd(stress, dt, jitter) {
-                assert!(error.abs() < 0.15, "{error}");
-            }
-        }
-    }
+    assert!(oldroyd(StressStep::Explicit, 2e-4).abs() < 0.02);
+    assert!(oldroyd(StressStep::Coupled, 2e-4).abs() < 0.05);
+    assert!(oldroyd(StressStep::Coupled, 1e-3).abs() < 0.12);
 }
