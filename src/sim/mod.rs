@@ -1,11 +1,14 @@
 //! State, the step of each scheme, time-step control, inlets, health, ledger. Opens no file, prints nothing.
 
+mod forces;
 mod health;
 mod inlet;
 mod ledger;
+mod motion;
 mod schemes;
 mod settings;
 mod simulation;
+mod solves;
 mod start;
 mod stepper;
 mod time_step;

@@ -11,7 +11,7 @@
 //! particle, and a coarse level that knows the mobility of the fluid.
 
 use super::coarse::Coarse;
-use super::minres::{self, Packed, Preconditioner};
+use super::minres::{self, Packed};
 use super::neighbourhood::{Neighbourhood, vector};
 use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
@@ -25,7 +25,7 @@ const STABILISATION: Real = 0.1;
 const LOOSE: Real = 0.3;
 const MOST_OUTERS: usize = 15;
 const MOST_INNER: usize = 300;
-const GRAIN: usize = 128;
+pub(super) const GRAIN: usize = 128;
 
 /// One step's system.
 pub struct CoupledProblem<'a> {
@@ -80,11 +80,11 @@ pub struct CoupledOutcome {
 }
 
 #[derive(Clone, Copy)]
-struct SaddlePair {
-    j: u32,
+pub(super) struct SaddlePair {
+    pub(super) j: u32,
     gradient: [f32; 3],
     /// V_i c_ij η_ij [kg/s].
-    drag: f32,
+    pub(super) drag: f32,
     /// V_j W_ij [1].
     weight: f32,
     /// Entry of C inside F [m³/(Pa s)], 0 outside.
@@ -94,19 +94,19 @@ struct SaddlePair {
 /// The assembled system.
 pub struct CoupledSolver<'a> {
     problem: CoupledProblem<'a>,
-    pairs: Rows<SaddlePair>,
+    pub(super) pairs: Rows<SaddlePair>,
     /// H_ii [kg/s].
-    diagonal: Vec<Real>,
+    pub(super) diagonal: Vec<Real>,
     /// b with the walls' part [N].
     force: Vec<Vec3>,
     /// c with the walls' part [m³/s].
     source: Vec<Real>,
     /// Fine part of the inverse Schur complement [Pa s/m³].
-    fine: Vec<Real>,
+    pub(super) fine: Vec<Real>,
     /// Mobility: velocity per force of a uniform push [m/(s N)].
     mobility: Vec<Real>,
     active: Vec<bool>,
-    coarse: Coarse,
+    pub(super) coarse: Coarse,
 }
 
 impl<'a> CoupledSolver<'a> {
@@ -434,48 +434,6 @@ impl minres::Operator for CoupledSolver<'_> {
                         drag[2] + volume * push[2],
                         p,
                     ];
-                }
-            });
-    }
-}
-
-/// Interval of D⁻¹H on which the Chebyshev polynomial is small. H is diagonally dominant, so 2 bounds it.
-const LARGEST: Real = 2.0;
-const SMALLEST: Real = LARGEST / 20.0;
-
-impl Preconditioner for CoupledSolver<'_> {
-    fn precondition(&self, r: &[Packed], z: &mut [Packed]) {
-        let centre = 0.5 * (LARGEST + SMALLEST);
-        let half = 0.5 * (LARGEST - SMALLEST);
-        let rho_0 = half / centre;
-        let rho_1 = 1.0 / (2.0 * centre / half - rho_0);
-        // First Chebyshev step: scaled Jacobi, read off r where it is needed.
-        let first = |j: usize| 1.0 / (centre * self.diagonal[j]);
-        let by_cell = self.coarse.solve(|i| r[i][3]);
-        z.par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                for (offset, row) in rows.iter_mut().enumerate() {
-                    let i = block * GRAIN + offset;
-                    let d = self.diagonal[i];
-                    let start = first(i);
-                    let mut pull = [0.0; 3];
-                    for pair in self.pairs.row(i) {
-                        let j = pair.j as usize;
-                        let c = Real::from(pair.drag) * first(j);
-                        for axis in 0..3 {
-                            pull[axis] += c * r[j][axis];
-                        }
-                    }
-                    for axis in 0..3 {
-                        let z_0 = start * r[i][axis];
-                        let rest = r[i][axis] - d * z_0 + pull[axis];
-                        row[axis] = z_0 + rho_1 * rho_0 * z_0 + 2.0 * rho_1 / half * rest / d;
-                    }
-                    row[3] = match self.coarse.cell_of(i) {
-                        Some(cell) => self.fine[i] * r[i][3] + by_cell[cell],
-                        None => 0.0,
-                    };
                 }
             });
     }

@@ -8,6 +8,7 @@ mod kernel;
 mod minres;
 mod neighbourhood;
 pub mod operators;
+mod preconditioner;
 mod pressure;
 mod rows;
 mod walls;

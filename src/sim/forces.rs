@@ -1,0 +1,177 @@
+//! Gravity, friction between the phases, viscosity and polymer stress.
+
+use super::stepper::Stepper;
+use crate::fluid::{conformation, mixture, stress};
+use crate::math::{Mat3, Real, Sym3, Vec3};
+use crate::sph::operators::{Mean, stress_force, viscous_force, wall_friction};
+use rayon::prelude::*;
+
+impl Stepper<'_> {
+    /// Gravity: the same acceleration for every phase.
+    pub fn apply_gravity(&mut self) {
+        mixture::accelerate(self.fluid, &self.settings.gravity, self.dt);
+        self.mix.refresh_velocity(self.fluid);
+    }
+
+    /// Interphase friction, if the cement has any.
+    pub fn relax_slip(&mut self) {
+        if let Some(relaxation) = self.settings.cement.slip_relaxation {
+            mixture::relax_slip(&self.settings.cement, self.fluid, relaxation, self.dt);
+            self.mix.refresh_velocity(self.fluid);
+        }
+    }
+
+    pub(super) fn mixture_viscosity(&self) -> Vec<Real> {
+        let cement = &self.settings.cement;
+        self.fluid
+            .polymer_fraction
+            .iter()
+            .map(|&a| cement.mixture_viscosity(a))
+            .collect()
+    }
+
+    /// Newtonian viscosity of the mixture, explicit (Eq. 7 with M_k = α_k M); walls implicit, else they would set
+    /// the step.
+    pub fn apply_viscosity(&mut self) {
+        let viscosity = self.mixture_viscosity();
+        let force = viscous_force(
+            &self.near,
+            &viscosity,
+            Mean::Harmonic,
+            &self.mix.velocity,
+            false,
+        );
+        self.push(&force, &viscosity);
+    }
+
+    /// v ← (v + dt F/m + walls) for an explicit force [N], friction at walls with `viscosity` implicit.
+    pub(super) fn push(&mut self, force: &[Vec3], viscosity: &[Real]) {
+        let (dt, volume) = (self.dt, self.near.rest_volume);
+        let velocity: Vec<Vec3> = (0..self.fluid.len())
+            .into_par_iter()
+            .with_min_len(128)
+            .map(|i| {
+                let (friction, carried) = wall_friction(&self.near, i);
+                let inverse_mass = dt / self.mix.mass[i];
+                let scale = inverse_mass * volume * viscosity[i];
+                (self.mix.velocity[i] + force[i] * inverse_mass + carried * scale)
+                    / (1.0 + scale * friction)
+            })
+            .collect();
+        self.mix
+            .distribute(&self.settings.cement, self.fluid, &velocity, volume);
+    }
+
+    /// Eq. 12, then Eqs 13–16 with the new U: explicit, stabilised as far as the step allows.
+    pub fn apply_polymer_stress(&mut self) {
+        self.refresh_gradient();
+        self.advance_conformation();
+        let cement = &self.settings.cement;
+        let spacing = self.settings.spacing;
+        let n = self.fluid.len();
+        let mut stabiliser = vec![0.0; n];
+        let tau: Vec<Mat3> = (0..n)
+            .map(|i| {
+                let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
+                let rho = self.mix.density[i];
+                let full = stress::stabiliser_viscosity(cement, modulus, rho, spacing, self.dt);
+                stabiliser[i] = full.min(0.1 * rho * spacing * spacing / self.dt);
+                stress::of_conformation(modulus, &self.fluid.conformation[i])
+                    - self.gradient[i] * stabiliser[i]
+            })
+            .collect();
+        let elastic = stress_force(&self.near, &tau);
+        let viscosity: Vec<Real> = stabiliser
+            .iter()
+            .map(|s| s + cement.liquid.viscosity)
+            .collect();
+        let viscous = viscous_force(
+            &self.near,
+            &viscosity,
+            Mean::Arithmetic,
+            &self.mix.velocity,
+            false,
+        );
+        let force: Vec<Vec3> = elastic.iter().zip(&viscous).map(|(a, b)| a + b).collect();
+        self.push(&force, &viscosity);
+    }
+
+    /// U^{n+1} (Eq. 12) with the current gradient.
+    pub(super) fn advance_conformation(&mut self) {
+        let cement = &self.settings.cement;
+        let dt = self.dt;
+        self.fluid
+            .conformation
+            .par_iter_mut()
+            .zip(&self.gradient)
+            .with_min_len(128)
+            .for_each(|(u, l)| {
+                *u = conformation::advance(u, l, cement.relaxation_time, cement.thinning, dt);
+            });
+    }
+
+    /// Gravity, Newtonian viscosity and pressure in one solve.
+    pub fn solve_newtonian(&mut self) {
+        let viscosity = self.mixture_viscosity();
+        let force = vec![Vec3::zeros(); self.fluid.len()];
+        self.solve_coupled(&viscosity, Mean::Harmonic, force);
+    }
+
+    /// Gravity, solvent viscosity, polymer stress (Eqs 12–16) and pressure in one solve.
+    ///
+    /// The stress enters in increment form around a prediction with L(v^n),
+    /// div[(1 − b) τ^n + b τ_p] + Lap[η_K](v' − v^n) plus the stabiliser Lap[η_a] v − div(η_a L); steady states
+    /// depend on neither dt nor η_K, and λ → 0 leaves the plain viscous step. η_K is weighted with the largest
+    /// stretch, without which steps beyond Wi = 1 blow up.
+    pub fn solve_viscoelastic(&mut self) {
+        let cement = &self.settings.cement;
+        let (dt, spacing) = (self.dt, self.settings.spacing);
+        let n = self.fluid.len();
+        let (b, memory) = stress::implicit_weight(cement, dt);
+        let terms: Vec<(Mat3, Real, Real)> = (0..n)
+            .into_par_iter()
+            .with_min_len(128)
+            .map(|i| {
+                let u = &self.fluid.conformation[i];
+                let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
+                let predicted = conformation::advance(
+                    u,
+                    &self.gradient[i],
+                    cement.relaxation_time,
+                    cement.thinning,
+                    dt,
+                );
+                let stretch = largest(u).max(largest(&predicted));
+                let stabiliser =
+                    stress::stabiliser_viscosity(cement, modulus, self.mix.density[i], spacing, dt);
+                let implicit = (modulus * memory * stretch).max(stabiliser);
+                let tau = stress::of_conformation(modulus, u) * (1.0 - b)
+                    + stress::of_conformation(modulus, &predicted) * b
+                    - self.gradient[i] * stabiliser;
+                (tau, implicit, implicit - stabiliser)
+            })
+            .collect();
+        let tau: Vec<Mat3> = terms.iter().map(|t| t.0).collect();
+        let increment: Vec<Real> = terms.iter().map(|t| t.2).collect();
+        let elastic = stress_force(&self.near, &tau);
+        let lagged = viscous_force(
+            &self.near,
+            &increment,
+            Mean::Arithmetic,
+            &self.mix.velocity,
+            true,
+        );
+        let force = elastic.iter().zip(&lagged).map(|(e, l)| e - l).collect();
+        let viscosity: Vec<Real> = terms
+            .iter()
+            .map(|t| t.1 + cement.liquid.viscosity)
+            .collect();
+        self.solve_coupled(&viscosity, Mean::Arithmetic, force);
+        self.refresh_gradient();
+        self.advance_conformation();
+    }
+}
+
+fn largest(u: &Sym3) -> Real {
+    u.eigenvalues()[2]
+}

@@ -1,0 +1,109 @@
+//! What moves: volume between phases, particles with the mixture, pistons, and rows that become fluid.
+
+use super::stepper::Stepper;
+use crate::fluid::transfer;
+use crate::math::{Real, Vec3};
+use crate::solid::Solid;
+use rayon::prelude::*;
+
+impl Stepper<'_> {
+    /// Eqs 8, 9: volume and momentum move between the phases of neighbours.
+    pub fn transfer_phases(&mut self) {
+        if self.mixes() {
+            transfer::advance(&self.settings.cement, self.fluid, &self.near, self.dt);
+        } else {
+            transfer::unite_vanished_phases(&self.settings.cement, self.fluid);
+        }
+        self.mix.refresh_velocity(self.fluid);
+    }
+
+    /// x ← x + dt v_mix; pistons advance and their rows become fluid.
+    pub fn move_particles(&mut self) {
+        let dt = self.dt;
+        let (near, solid, domain) = (&self.near, self.solid, self.domain);
+        let most_depth = MOST_DEPTH * self.settings.spacing;
+        self.fluid
+            .position
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(128)
+            .for_each(|(i, x)| {
+                let aim = *x + self.mix.velocity[i] * dt;
+                let open = near.wall.row(i).is_empty();
+                *x = domain.wrapped(if open {
+                    aim
+                } else {
+                    beside(solid, x, aim, most_depth)
+                });
+            });
+        self.measure_inlet_pressure();
+        let rest_volume = self.near.rest_volume;
+        let mut next_id = self.fluid.id.iter().max().map_or(0, |id| id + 1);
+        for (number, inlet) in self.inlets.iter_mut().enumerate() {
+            inlet.advance(dt);
+            while let Some(row) = inlet.emit(rest_volume) {
+                let velocity = inlet.settings.direction * inlet.speed();
+                for position in row {
+                    self.fluid.push(
+                        position,
+                        velocity,
+                        inlet.settings.polymer_fraction,
+                        next_id,
+                        number as u16 + 1,
+                    );
+                    if let Some(pressure) = self.fluid.pressure.last_mut() {
+                        pressure[0] = inlet.pressure;
+                    }
+                    next_id += 1;
+                }
+            }
+        }
+    }
+
+    /// Mean pressure of the fluid within a support radius of each opening.
+    pub(super) fn measure_inlet_pressure(&mut self) {
+        let reach = self.kernel.support_radius;
+        for inlet in &mut *self.inlets {
+            let near = |i: &usize| {
+                let x = self.fluid.position[*i] - inlet.settings.position;
+                let along = x.dot(&inlet.settings.direction);
+                let across = (x - inlet.settings.direction * along).norm();
+                along.abs() < reach && across < 0.5 * inlet.settings.diameter
+            };
+            let members: Vec<usize> = (0..self.near.len()).filter(near).collect();
+            let sum: Real = members.iter().map(|&i| self.fluid.pressure[i][0]).sum();
+            inlet.pressure = if members.is_empty() {
+                0.0
+            } else {
+                sum / members.len() as Real
+            };
+        }
+    }
+}
+
+/// How far a particle's centre may lie inside the solid, in spacings: the true surface of a rough wall is only
+/// known that well to the particles, and holding them off it costs flow and stability.
+const MOST_DEPTH: Real = 0.3;
+
+/// Where a particle comes to rest that aims at a point too deep inside the solid: as deep as allowed, on the side it
+/// came from. Without it slow creep takes one particle in a thousand through a strut.
+fn beside(solid: &Solid, from: &Vec3, aim: Vec3, most_depth: Real) -> Vec3 {
+    let (mut phi, mut normal) = solid.distance(&aim);
+    if phi >= -most_depth {
+        return aim;
+    }
+    let (start, outward) = solid.distance(from);
+    let mut x = aim;
+    for _ in 0..4 {
+        if normal.dot(&outward) < 0.0 {
+            // Behind the middle of a thin wall: the near way out is the wrong one.
+            return *from;
+        }
+        x -= normal * (phi + most_depth);
+        (phi, normal) = solid.distance(&x);
+        if phi >= -most_depth - 1e-9 {
+            return x;
+        }
+    }
+    if phi > start { x } else { *from }
+}

@@ -1,0 +1,244 @@
+//! Pressure, apart from viscosity or coupled with it: goals, sources, and handing the result to the phases.
+
+use super::inlet::InletState;
+use super::stepper::Stepper;
+use crate::fluid::mixture;
+use crate::math::{Real, Vec3, ordered_max, ordered_sum};
+use crate::sph::operators::Mean;
+use crate::sph::{
+    ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, Source, solve_pressure,
+};
+use rayon::prelude::*;
+
+/// ψ from which a particle counts as surrounded.
+const FULL: Real = 0.9;
+/// Volume strain that a split solve may leave, per u_ref dt/dx.
+const SPLIT_TOLERANCE: Real = 1e-4;
+/// The same, and the velocity residual per u_ref, for the coupled solve.
+const COUPLED_TOLERANCE: Real = 1e-3;
+/// Share of the inflow that a solve may leave unbalanced.
+const BALANCE: Real = 0.01;
+const MOST_SWEEPS: usize = 600;
+
+impl Stepper<'_> {
+    /// Reference speed of the tolerances [m/s].
+    pub(super) fn reference_speed(&self) -> Real {
+        self.fastest().max(0.01 * self.settings.spacing / self.dt)
+    }
+
+    /// Fastest particle or piston [m/s].
+    pub(super) fn fastest(&self) -> Real {
+        let velocity = &self.mix.velocity;
+        let pistons = self
+            .inlets
+            .iter()
+            .map(InletState::speed)
+            .fold(0.0, Real::max);
+        ordered_max(velocity.len(), |i| velocity[i].norm()).max(pistons)
+    }
+
+    /// What the pistons push in [m³/s].
+    pub(super) fn inflow(&self) -> Real {
+        let running = self.inlets.iter().filter(|inlet| inlet.speed() > 0.0);
+        running.map(|inlet| inlet.settings.flow_rate).sum()
+    }
+
+    /// Volume rate that may be left unbalanced [m³/s]: a share of the inflow; where nothing flows in, what the
+    /// tolerated strain rate amounts to over the whole fluid.
+    pub(super) fn balance_goal(&self, strain_rate: Real) -> Real {
+        let inflow = self.inflow();
+        if inflow > 0.0 {
+            BALANCE * inflow
+        } else {
+            0.3 * strain_rate * self.near.rest_volume * self.fluid.len() as Real
+        }
+    }
+
+    pub(super) fn note(
+        &mut self,
+        iterations: usize,
+        converged: bool,
+        strain_rate: Real,
+        balance: Real,
+    ) {
+        self.report.iterations += iterations;
+        self.report.converged &= converged;
+        self.report.strain = self.report.strain.max(strain_rate * self.dt);
+        let inflow = self.inflow();
+        if inflow > 0.0 {
+            self.report.balance = self.report.balance.max(balance / inflow);
+        }
+    }
+
+    /// Whether the fluid has neither a free surface nor a way in or out.
+    pub(super) fn is_closed(&self) -> bool {
+        self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > FULL)
+    }
+
+    /// Volume that pressure has to push away [m³]; a closed body can only even it out.
+    pub(super) fn excess_volume(&self, operator: &PressureOperator) -> Vec<Real> {
+        let mut excess = operator.excess_volume();
+        if self.is_closed() {
+            let n = excess.len();
+            let mean = (ordered_sum(n, |i| excess[i]) / n.max(1) as Real).max(0.0);
+            for e in &mut excess {
+                *e -= mean;
+            }
+        }
+        excess
+    }
+
+    /// One pressure solve apart from viscosity, handed to the phases by (Eq. 6).
+    pub fn project(&mut self, source: Source) {
+        let n = self.fluid.len();
+        let dt = self.dt;
+        let operator = PressureOperator { near: &self.near };
+        let rate = operator.volume_rate_with_walls(&self.mix.velocity);
+        let (slot, source_rate, free) = match source {
+            Source::Volume => {
+                let excess = self.excess_volume(&operator);
+                (
+                    0,
+                    (0..n).map(|i| excess[i] / dt + rate[i]).collect::<Vec<_>>(),
+                    vec![false; n],
+                )
+            }
+            Source::Divergence => (
+                1,
+                rate,
+                self.near
+                    .compression
+                    .iter()
+                    .map(|&psi| psi < FULL)
+                    .collect(),
+            ),
+        };
+        let mass = &self.mix.mass;
+        let mobility = |force: &[Vec3]| -> Vec<Vec3> {
+            force
+                .par_iter()
+                .zip(mass)
+                .with_min_len(256)
+                .map(|(f, m)| f * (dt / m))
+                .collect()
+        };
+        let diagonal: Vec<Real> = operator.diagonal(mass).iter().map(|d| d * dt).collect();
+        let loose = if source == Source::Divergence {
+            10.0
+        } else {
+            1.0
+        };
+        let strain_rate = loose * SPLIT_TOLERANCE * self.reference_speed() / self.settings.spacing;
+        let goal = ApgdGoal {
+            strain_rate,
+            balance: loose * self.balance_goal(strain_rate),
+            most_iterations: MOST_SWEEPS,
+        };
+        let mut k: Vec<Real> = self.fluid.pressure.iter().map(|p| p[slot]).collect();
+        let outcome = solve_pressure(
+            &operator,
+            mobility,
+            &diagonal,
+            &source_rate,
+            &free,
+            &goal,
+            &mut k,
+        );
+        let push = operator.force(&k);
+        let velocity: Vec<Vec3> = (0..n)
+            .map(|i| self.mix.velocity[i] - push[i] * (dt / mass[i]))
+            .collect();
+        for (p, k) in self.fluid.pressure.iter_mut().zip(k) {
+            p[slot] = k;
+        }
+        self.mix.distribute(
+            &self.settings.cement,
+            self.fluid,
+            &velocity,
+            self.near.rest_volume,
+        );
+        self.note(
+            outcome.iterations,
+            outcome.converged,
+            outcome.strain_rate,
+            outcome.balance,
+        );
+    }
+
+    pub(super) fn solve_coupled(&mut self, viscosity: &[Real], mean: Mean, mut force: Vec<Vec3>) {
+        let n = self.fluid.len();
+        let dt = self.dt;
+        let operator = PressureOperator { near: &self.near };
+        let excess: Vec<Real> = self
+            .excess_volume(&operator)
+            .iter()
+            .map(|e| e / dt)
+            .collect();
+        let start: Vec<Vec3> = self
+            .mix
+            .velocity
+            .iter()
+            .map(|v| v + self.settings.gravity * dt)
+            .collect();
+        for i in 0..n {
+            force[i] += start[i] * (self.mix.mass[i] / dt);
+        }
+        let u_ref = self.reference_speed();
+        let strain_rate = COUPLED_TOLERANCE * u_ref / self.settings.spacing;
+        let goal = CoupledGoal {
+            strain_rate,
+            balance: self.balance_goal(strain_rate),
+            velocity: COUPLED_TOLERANCE * self.fastest().max(self.settings.gravity.norm() * dt),
+        };
+        let mut velocity = self.mix.velocity.clone();
+        let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        let mut solver = CoupledSolver::new(CoupledProblem {
+            near: &self.near,
+            position: &self.fluid.position,
+            mass: &self.mix.mass,
+            viscosity,
+            mean,
+            dt,
+            force: &force,
+            excess: &excess,
+        });
+        let compression = &self.near.compression;
+        let outcome = solver.solve(
+            &mut velocity,
+            &mut pressure,
+            |i| compression[i] > FULL,
+            &goal,
+        );
+        if self.near.wall.entries() == 0 && n > 0 {
+            // Nothing outside pushes: what the solver left of the sum of forces would be momentum from nowhere.
+            let mass: Real = ordered_sum(n, |i| self.mix.mass[i]);
+            let left = |axis: usize| {
+                ordered_sum(n, |i| {
+                    self.mix.mass[i] * velocity[i][axis] - dt * force[i][axis]
+                }) / mass
+            };
+            let drift = Vec3::new(left(0), left(1), left(2));
+            for v in &mut velocity {
+                *v -= drift;
+            }
+        }
+        for (p, k) in self.fluid.pressure.iter_mut().zip(pressure) {
+            p[0] = k;
+        }
+        // Gravity moves all phases alike; the rest of the change is force, shared out by C_d.
+        mixture::accelerate(self.fluid, &self.settings.gravity, dt);
+        self.mix.refresh_velocity(self.fluid);
+        self.mix.distribute(
+            &self.settings.cement,
+            self.fluid,
+            &velocity,
+            self.near.rest_volume,
+        );
+        self.note(
+            outcome.iterations,
+            outcome.converged,
+            outcome.strain_rate,
+            outcome.balance,
+        );
+    }
+}
