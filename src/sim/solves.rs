@@ -88,6 +88,16 @@ impl Stepper<'_> {
         excess
     }
 
+    /// Keeps a solved pressure [Pa] as the next guess, and hands the velocity that it left to the phases.
+    fn accept(&mut self, slot: usize, pressure: &[Real], velocity: &[Vec3]) {
+        for (guess, k) in self.fluid.pressure.iter_mut().zip(pressure) {
+            guess[slot] = *k;
+        }
+        let volume = self.near.rest_volume;
+        self.mix
+            .distribute(&self.settings.cement, self.fluid, velocity, volume);
+    }
+
     /// One pressure solve apart from viscosity, handed to the phases by (Eq. 6).
     pub fn project(&mut self, source: Source) {
         let n = self.fluid.len();
@@ -148,15 +158,7 @@ impl Stepper<'_> {
         let velocity: Vec<Vec3> = (0..n)
             .map(|i| self.mix.velocity[i] - push[i] * (dt / mass[i]))
             .collect();
-        for (p, k) in self.fluid.pressure.iter_mut().zip(k) {
-            p[slot] = k;
-        }
-        self.mix.distribute(
-            &self.settings.cement,
-            self.fluid,
-            &velocity,
-            self.near.rest_volume,
-        );
+        self.accept(slot, &k, &velocity);
         self.note(
             outcome.iterations,
             outcome.converged,
@@ -222,18 +224,10 @@ impl Stepper<'_> {
                 *v -= drift;
             }
         }
-        for (p, k) in self.fluid.pressure.iter_mut().zip(pressure) {
-            p[0] = k;
-        }
         // Gravity moves all phases alike; the rest of the change is force, shared out by C_d.
         mixture::accelerate(self.fluid, &self.settings.gravity, dt);
         self.mix.refresh_velocity(self.fluid);
-        self.mix.distribute(
-            &self.settings.cement,
-            self.fluid,
-            &velocity,
-            self.near.rest_volume,
-        );
+        self.accept(0, &pressure, &velocity);
         self.note(
             outcome.iterations,
             outcome.converged,
