@@ -55,6 +55,7 @@
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
 //! | [Baerentzen05] | J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11 (2005) |
+//! | [Anderson78] | B. Anderson, "Second-order convergent algorithms for the steady-state Riccati equation", Int. J. Control 28 (1978) |
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
