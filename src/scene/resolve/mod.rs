@@ -4,6 +4,7 @@ mod check;
 mod place;
 mod show;
 mod time;
+mod wall;
 
 use super::{Document, Recipe, Scene, SceneError};
 use crate::math::Real;
@@ -38,8 +39,7 @@ pub(super) fn resolve(
         "",
         "nothing flows: give at least one [[body]] or [[inlet]]",
     );
-    let shapes = place::shapes(c, recipe);
-    let meshes = place::meshes(recipe, folder);
+    let walls = wall::walls(c, recipe, folder);
     let bone = place::bone(c, recipe, folder);
 
     let sim = SimSettings {
@@ -67,8 +67,9 @@ pub(super) fn resolve(
     let scene = Scene {
         name: recipe.name.clone(),
         particles,
-        shapes,
-        meshes,
+        shapes: walls.shapes,
+        meshes: walls.meshes,
+        movers: walls.movers,
         bone,
         surface: recipe.surface,
         export: recipe.export.clone(),
