@@ -186,8 +186,8 @@ fn motion(
     let shift = motion.most_shift(recipe.duration.si());
     let domain = Vec3::from(recipe.domain.max.map(Length::si))
         - Vec3::from(recipe.domain.min.map(Length::si));
-    if !(shift <= MOST_SHIFT * domain.norm()) {
-        let message = format!("takes it {:.3e} m away, far out of the domain", shift);
+    if !shift.is_finite() || shift > MOST_SHIFT * domain.norm() {
+        let message = format!("takes it {shift:.3e} m away, far out of the domain");
         c.error(&key, message);
     }
     let way = match motion.path {
