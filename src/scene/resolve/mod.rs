@@ -253,6 +253,18 @@ name = "front"
                 "wall[0].plane={ point = [\"0 m\", \"0 m\", \"0 m\"], normal = [0, 0, 1] }",
                 "wall[0]",
             ),
+            (
+                "wall[0].turning={ point = [\"0 m\", \"0 m\", \"0 m\"], axis = [0, 0, 0], rate = \"1 1/s\" }",
+                "wall[0].turning.axis",
+            ),
+            (
+                "wall[0].moving={ velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] }",
+                "wall[0].moving",
+            ),
+            (
+                "wall[0].oscillating={ amplitude = [\"1 m\", \"0 m\", \"0 m\"], frequency = \"0 1/s\" }",
+                "wall[0].oscillating.frequency",
+            ),
             ("bone.cortex=-1 mm", "bone.cortex"),
             (
                 "bone.region[0].strut_diameter=2 mm",
