@@ -1,18 +1,16 @@
 //! Arguments, progress, exit codes: the only room that prints.
 
 mod args;
+mod make;
 mod progress;
 mod report;
 mod study;
 
-use crate::bone::vertebra::{self, VertebraSettings};
-use crate::cache;
 use crate::flow::{Event, FlowError, Job, Stage};
 use crate::scene;
 use crate::sim::SimError;
 use crate::study::StudyError;
-use crate::units::Length;
-use args::{Arguments, Common, Shape, Verb, VertebraArguments, WorkArguments};
+use args::{Arguments, Common, Verb, WorkArguments};
 use clap::Parser;
 use progress::{Progress, put};
 use std::error::Error;
@@ -74,7 +72,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(work) => stages(work, &[Stage::Preview], common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
-        Verb::Make(Shape::Vertebra(size)) => make_vertebra(size),
+        Verb::Make(shape) => Ok(make::make(shape)?),
         Verb::Verify { cases, work } => study::verify(cases, work, common.quiet, common.json),
         Verb::Study { name, work } => {
             let name = name.as_deref().unwrap_or_default();
@@ -104,20 +102,6 @@ fn stages(
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
     }
     Ok(())
-}
-
-fn make_vertebra(size: &VertebraArguments) -> Result<(), Failure> {
-    let default = VertebraSettings::default();
-    let or = |given: Option<Length>, default| given.map_or(default, Length::si);
-    let settings = VertebraSettings {
-        body_width: or(size.width, default.body_width),
-        body_depth: or(size.depth, default.body_depth),
-        body_height: or(size.height, default.body_height),
-        resolution: or(size.resolution, default.resolution),
-    };
-    let mut text = Vec::new();
-    vertebra::write(&mut text, &settings).map_err(failed(&size.out))?;
-    Ok(cache::write(&size.out, &text).map_err(FlowError::from)?)
 }
 
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> FlowError {
