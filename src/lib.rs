@@ -61,6 +61,8 @@
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
+//! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
+//! | [Martin52] | J. Martin, W. Moyce, "An experimental study of the collapse of liquid columns on a rigid horizontal plane", Phil. Trans. A 244 (1952) |
 //! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
