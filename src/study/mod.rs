@@ -3,7 +3,7 @@
 mod bench;
 mod error;
 pub mod exact;
-mod scenes;
+pub mod scenes;
 mod shear_cell;
 mod thinning;
 pub mod verify;

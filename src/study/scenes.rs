@@ -107,6 +107,29 @@ pub struct Place {
 }
 
 impl Place {
+    /// A run at its start, filled with polymer on a lattice cut off at the walls themselves: on average as much
+    /// fluid as there is room, where bodies of recipes keep a little off curved walls.
+    pub fn start_full(mut self, name: &str) -> Result<Simulation, StudyError> {
+        self.settings.bodies.clear();
+        let (domain, dx) = (self.settings.domain, self.settings.spacing);
+        let solid = self.solid.clone();
+        let mut simulation = self.start(name)?;
+        let count = domain.extent().map(|e| (e / dx).round() as usize);
+        for x in 0..count.x {
+            for y in 0..count.y {
+                for z in 0..count.z {
+                    let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
+                    let position = domain.min + cell * dx;
+                    if solid.phi(&position) > 0.0 {
+                        let id = simulation.fluid.len() as u32;
+                        simulation.fluid.push(position, Vec3::zeros(), 1.0, id, 0);
+                    }
+                }
+            }
+        }
+        Ok(simulation)
+    }
+
     /// A run at its start.
     pub fn start(self, name: &str) -> Result<Simulation, StudyError> {
         Simulation::with_movers(self.settings, self.solid, self.walls, self.moving)

@@ -106,8 +106,7 @@ fn steady(name: &str, across: u32, lie: Lie) -> Result<(Real, Vec<[Real; 2]>), S
     place.settings.gravity = Vec3::z() * (force(across) / FLUID.density);
     let end = END * RADIUS * RADIUS * FLUID.density / FLUID.solvent;
     place.settings.time_step = TimeStep::Fixed(end / STEPS);
-    let length = place.settings.domain.extent().z;
-    let mut simulation = place.start(name)?;
+    let mut simulation = place.start_full(name)?;
     simulation
         .advance_to(end, |_| {})
         .map_err(StudyError::run(name))?;
@@ -115,5 +114,7 @@ fn steady(name: &str, across: u32, lie: Lie) -> Result<(Real, Vec<[Real; 2]>), S
     let mut profile: Vec<_> = places.map(|(x, v)| [x.x.hypot(x.y), v.z]).collect();
     profile.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let sum: Real = profile.iter().map(|p| p[1]).sum();
-    Ok((sum * simulation.rest_volume / length, profile))
+    // The mean over the section times its area: particles stand for equal parts of it.
+    let rate = sum / profile.len() as Real * PI * RADIUS * RADIUS;
+    Ok((rate, profile))
 }

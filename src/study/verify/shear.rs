@@ -18,7 +18,7 @@ const THINNING: Real = 0.5;
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
     let rates = bench.level.pick(
-        vec![0.1, 3.0, 100.0],
+        vec![0.1, 1.0, 10.0],
         vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
     );
     let mut plot = Plot {

@@ -20,8 +20,8 @@ pub(super) const CASE: Case = Case {
 const CELL: Real = 0.01;
 const DENSITY: Real = 1000.0;
 const VISCOSITY: Real = 10.0;
-/// Steps, each a tenth of L²/ν over 4π².
-const STEPS: u32 = 12;
+/// Steps, each L²/(4π² ν).
+const STEPS: u32 = 18;
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![12, 16], vec![16, 24, 32]);
@@ -98,7 +98,7 @@ fn flow(name: &str, fraction: Real, across: u32) -> Result<Real, StudyError> {
     let force = speed * VISCOSITY / (0.1 * CELL * CELL);
     place.settings.gravity = Vec3::x() * (force / DENSITY);
     place.settings.time_step = TimeStep::Fixed(dt);
-    let mut simulation = place.start(name)?;
+    let mut simulation = place.start_full(name)?;
     simulation
         .advance_to(dt * Real::from(STEPS), |_| {})
         .map_err(StudyError::run(name))?;
