@@ -122,7 +122,7 @@ mod tests {
             domain,
             time_step: TimeStep::Adaptive {
                 min: 1e-6,
-                max: 5e-3,
+                max: 1e-3,
                 cfl: 0.4,
             },
             cement: Cement {
