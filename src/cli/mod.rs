@@ -130,7 +130,7 @@ fn code(error: &FlowError) -> u8 {
         | FlowError::NoFrame { .. }
         | FlowError::Bone(_)
         | FlowError::Sim(SimError::TooMany(..)) => 3,
-        FlowError::Sim(SimError::Diverged { .. }) => 4,
+        FlowError::Sim(SimError::Diverged { .. } | SimError::Unconverged { .. }) => 4,
         FlowError::Cache(_)
         | FlowError::Occupied { .. }
         | FlowError::Missing { .. }

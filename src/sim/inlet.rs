@@ -23,7 +23,7 @@ pub struct InletState {
     pub pushed: Real,
     /// Volume that has become fluid [m³].
     pub emitted: Real,
-    /// Mean pressure of the fluid before the piston [Pa].
+    /// Pressure against the piston: its power per volume pushed [Pa].
     pub pressure: Real,
 }
 
@@ -87,14 +87,15 @@ impl InletState {
         Some(self.row(self.travelled))
     }
 
-    /// Adds the rows behind the opening that lie within `reach` [m] of it.
-    pub fn stand(&self, reach: Real, pistons: &mut Pistons) {
+    /// Adds the rows behind the opening that lie within `reach` [m] of it, as those of inlet `number`.
+    pub fn stand(&self, number: u16, reach: Real, pistons: &mut Pistons) {
         let velocity = self.settings.direction * self.speed();
         let mut behind = self.travelled - self.row_distance;
         while behind > -reach - self.row_distance {
             for position in self.row(behind) {
                 pistons.position.push(position);
                 pistons.velocity.push(velocity);
+                pistons.inlet.push(number);
             }
             behind -= self.row_distance;
         }

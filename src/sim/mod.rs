@@ -17,6 +17,6 @@ pub use crate::fluid::{Cement, PhaseMaterial};
 pub use health::{SimError, Symptom};
 pub use inlet::InletState;
 pub use ledger::Ledger;
-pub use settings::{Body, BodyShape, Inlet, Scheme, SimSettings, StressStep, TimeStep};
+pub use settings::{Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep};
 pub use simulation::{Simulation, StepReport};
 pub use time_step::Limit;

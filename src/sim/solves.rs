@@ -19,6 +19,8 @@ const COUPLED_TOLERANCE: Real = 1e-3;
 /// Share of the inflow that a solve may leave unbalanced.
 const BALANCE: Real = 0.01;
 const MOST_SWEEPS: usize = 600;
+/// Share of a spacing that the flow covers while compression is undone: about a step at the CFL limit.
+const CORRECTION: Real = 0.4;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -35,6 +37,15 @@ impl Stepper<'_> {
             .map(InletState::speed)
             .fold(0.0, Real::max);
         ordered_max(velocity.len(), |i| velocity[i].norm()).max(pistons)
+    }
+
+    /// Time over which compression is undone [s]: that in which the flow, or free fall across a spacing, covers a
+    /// share of a spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp
+    /// that of the flow.
+    fn correction_time(&self) -> Real {
+        let dx = self.settings.spacing;
+        let fall = (self.settings.gravity.norm() * dx).sqrt();
+        CORRECTION * dx / self.fastest().max(fall).max(Real::MIN_POSITIVE)
     }
 
     /// What the pistons push in [m³/s].
@@ -171,10 +182,11 @@ impl Stepper<'_> {
         let n = self.fluid.len();
         let dt = self.dt;
         let operator = PressureOperator { near: &self.near };
+        let correction = dt.max(self.correction_time());
         let excess: Vec<Real> = self
             .excess_volume(&operator)
             .iter()
-            .map(|e| e / dt)
+            .map(|e| e / correction)
             .collect();
         let start: Vec<Vec3> = self
             .mix

@@ -25,6 +25,8 @@ pub struct StepReport {
     pub strain: Real,
     /// Inflow left unbalanced, of the inflow [1]; 0 where nothing flows in.
     pub balance: Real,
+    /// How often the step was taken back and tried again smaller.
+    pub retries: u32,
     /// Pairs of fluid particles.
     pub pairs: usize,
     /// Static wall particles that touch fluid.
@@ -43,6 +45,8 @@ pub struct Stepper<'a> {
     pub near: Neighbourhood,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
+    /// Largest step after one that failed [s].
+    pub caution: Real,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -56,8 +60,8 @@ impl Stepper<'_> {
             volume: self.kernel.rest_volume(self.settings.spacing),
             ..Pistons::default()
         };
-        for inlet in &*self.inlets {
-            inlet.stand(self.kernel.support_radius, &mut pistons);
+        for (number, inlet) in self.inlets.iter().enumerate() {
+            inlet.stand(number as u16, self.kernel.support_radius, &mut pistons);
         }
         let solid = self.solid;
         self.near = Neighbourhood::new(
@@ -138,6 +142,9 @@ impl Stepper<'_> {
             if inlet.most_step() < dt {
                 (dt, limit) = (inlet.most_step(), Limit::Dose);
             }
+        }
+        if limit != Limit::Fixed && self.caution < dt {
+            (dt, limit) = (self.caution, Limit::Retry);
         }
         if limit == Limit::Fixed {
             if left < dt * (1.0 + 1e-9) {

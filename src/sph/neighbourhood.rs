@@ -68,6 +68,8 @@ pub struct Neighbourhood {
     pub of_wall: Rows<FluidOfWall>,
     /// Velocity of each active wall particle [m/s].
     pub wall_velocity: Vec<Vec3>,
+    /// The inlet whose piston each active wall particle is part of, if it is one.
+    pub wall_inlet: Vec<Option<u16>>,
     /// Volume of each active wall particle [m³].
     pub wall_volume: Vec<Real>,
     /// ψ_b − 1 where a wall particle is over-full, else 0 [1].
@@ -161,6 +163,10 @@ impl Neighbourhood {
                     pistons.volume
                 }
             })
+            .collect();
+        let wall_inlet = active
+            .iter()
+            .map(|&b| b.checked_sub(static_count).map(|b| pistons.inlet[b]))
             .collect();
         let wall_velocity = active
             .iter()
@@ -288,6 +294,7 @@ impl Neighbourhood {
             wall,
             of_wall,
             wall_velocity,
+            wall_inlet,
             wall_volume,
             wall_excess,
             compression: moments.iter().map(|m| m.0).collect(),

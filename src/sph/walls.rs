@@ -63,6 +63,8 @@ pub struct Pistons {
     pub position: Vec<Vec3>,
     /// Velocities [m/s].
     pub velocity: Vec<Vec3>,
+    /// Which inlet each belongs to.
+    pub inlet: Vec<u16>,
     /// Volume of each [m³].
     pub volume: Real,
 }
