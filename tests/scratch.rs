@@ -102,6 +102,52 @@ fn giesekus() {
         let q: f64 = v.iter().map(|v| v.x).sum::<f64>() * sim.rest_volume / (49.0 * dx * dx);
         let top = v.iter().map(|v| v.x).fold(0.0, f64::max);
         let l = sim.ledger();
+        if k == 8 { profile(&sim, gap, 16); virial(&sim, gap, 16, dx); }
         eprintln!("t {end:.2} Q {q:.3} (exact 6.2546) top {top:.3} (4.131) steps {steps} its {its} stretch {:?} kin {:.3}", l.stretch, l.kinetic);
     }
+}
+
+pub fn profile(sim: &Simulation, gap: f64, n: usize) {
+    let v = sim.velocity();
+    let mut bins = vec![[0.0; 8]; n];
+    for i in 0..sim.fluid.len() {
+        let y = sim.fluid.position[i].y;
+        let b = ((y / gap * n as f64) as isize).clamp(0, n as isize - 1) as usize;
+        let u = sim.fluid.conformation[i].to_matrix();
+        for (k, x) in [1.0, v[i].x, v[i].y * v[i].y, u[(0, 1)], u[(0, 0)], u[(1, 1)], v[i].x * v[i].x, sim.fluid.pressure[i][0]].iter().enumerate() { bins[b][k] += x; }
+    }
+    let mean: Vec<[f64; 8]> = bins.iter().map(|b| b.map(|x| x / b[0])).collect();
+    for b in 0..n / 2 {
+        let y = (b as f64 + 0.5) / n as f64 * gap;
+        let h = gap / n as f64;
+        let rate = if b == 0 { (mean[1][1] + mean[0][1]) / 2.0 / h } else { (mean[b + 1][1] - mean[b - 1][1]) / 2.0 / h };
+        let stress = 1.8 * mean[b][3] + 0.1 * rate;
+        eprintln!("y {y:.3} u {:.3} (sd {:.3}) vy rms {:.4} rate {rate:.3} Uxy {:.3} Uxx {:.3} Uyy {:.3} stress {stress:.3} needed {:.3} p {:.3}", mean[b][1], (mean[b][6] - mean[b][1] * mean[b][1]).max(0.0).sqrt(), mean[b][2].sqrt(), mean[b][3], mean[b][4], mean[b][5], 3.0 * (gap / 2.0 - y), mean[b][7]);
+    }
+}
+
+pub fn virial(sim: &Simulation, gap: f64, n: usize, dx: f64) {
+    let k = osteoflow::sph::Kernel::new(2.4 * dx);
+    let f = &sim.fluid;
+    let v = sim.rest_volume;
+    let mut bins = vec![[0.0; 5]; n];
+    for i in 0..f.len() {
+        let b = ((f.position[i].y / gap * n as f64) as isize).clamp(0, n as isize - 1) as usize;
+        bins[b][0] += 1.0;
+        for j in 0..f.len() {
+            if i == j { continue; }
+            let mut x = f.position[i] - f.position[j];
+            x.x -= (x.x / (7.0 * dx)).round() * 7.0 * dx;
+            x.z -= (x.z / (7.0 * dx)).round() * 7.0 * dx;
+            if x.norm() < 2.4 * dx {
+                let g = k.gradient(&x) * v;
+                let p = f.pressure[i][0] + f.pressure[j][0];
+                bins[b][1] += 0.5 * p * g.x * x.y;
+                bins[b][2] += 0.5 * p * g.y * x.y;
+                bins[b][3] += 0.5 * p * g.x * x.x;
+                bins[b][4] += 0.5 * p * g.z * x.z;
+            }
+        }
+    }
+    for b in 1..n / 2 { let m = bins[b].map(|x| x / bins[b][0]); eprintln!("virial bin {b} xy {:.3} xx {:.2} yy {:.2} zz {:.2}", m[1], m[3], m[2], m[4]); }
 }

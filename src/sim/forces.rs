@@ -75,7 +75,9 @@ impl Stepper<'_> {
             .map(|i| {
                 let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
                 let rho = self.mix.density[i];
-                let full = stress::stabiliser_viscosity(cement, modulus, rho, spacing, true);
+                let stretch = largest(&self.fluid.conformation[i]);
+                let full =
+                    stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, true);
                 stabiliser[i] = full.min(0.1 * rho * spacing * spacing / self.dt);
                 stress::of_conformation(modulus, &self.fluid.conformation[i])
                     - self.gradient[i] * stabiliser[i]
@@ -145,8 +147,9 @@ impl Stepper<'_> {
                 );
                 let stretch = largest(u).max(largest(&predicted));
                 let rho = self.mix.density[i];
-                let stabiliser =
-                    stress::stabiliser_viscosity(cement, modulus, rho, spacing, resolved);
+                let stabiliser = stress::stabiliser_viscosity(
+                    cement, modulus, rho, stretch, spacing, resolved,
+                );
                 let implicit = (modulus * memory * stretch).max(stabiliser);
                 let tau = stress::of_conformation(modulus, u) * (1.0 - b)
                     + stress::of_conformation(modulus, &predicted) * b
