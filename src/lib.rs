@@ -13,10 +13,10 @@
 //! | 1 | [`grid`] | sparse fields in bricks |
 //! | 1 | [`ink`] | lines and letters on pictures |
 //! | 1 | [`sph`] | kernel, neighbour rows, wall particles, pair operators, pressure and linear solvers |
-//! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it |
+//! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it; fan and syringe |
 //! | 2 | [`fluid`] | phases, mixture, transfer, bonding network, conformation tensor, stress |
 //! | 3 | [`bone`] | a bone's mesh → cortical shell, trabeculae, porosity |
-//! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, health, ledger |
+//! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, moving walls, health, ledger |
 //! | 4 | [`cache`] | boundary files, frames, tables on disk |
 //! | 5 | [`surface`] | colour field, marching cubes |
 //! | 5 | [`export`] | OpenVDB files |

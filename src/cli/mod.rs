@@ -1,16 +1,14 @@
 //! Arguments, progress, exit codes: the only room that prints.
 
 mod args;
+mod make;
 mod progress;
 mod report;
 
-use crate::bone::vertebra::{self, VertebraSettings};
-use crate::cache;
 use crate::flow::{Event, FlowError, Job, Stage};
 use crate::scene;
 use crate::sim::SimError;
-use crate::units::Length;
-use args::{Arguments, Common, Shape, Verb, VertebraArguments, WorkArguments};
+use args::{Arguments, Common, Verb, WorkArguments};
 use clap::Parser;
 use progress::Progress;
 use std::error::Error;
@@ -62,7 +60,7 @@ fn run(arguments: &Arguments) -> Result<(), FlowError> {
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(work) => stages(work, &[Stage::Preview], common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
-        Verb::Make(Shape::Vertebra(size)) => make_vertebra(size),
+        Verb::Make(shape) => make::make(shape),
     }
 }
 
@@ -87,20 +85,6 @@ fn stages(
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
     }
     Ok(())
-}
-
-fn make_vertebra(size: &VertebraArguments) -> Result<(), FlowError> {
-    let default = VertebraSettings::default();
-    let or = |given: Option<Length>, default| given.map_or(default, Length::si);
-    let settings = VertebraSettings {
-        body_width: or(size.width, default.body_width),
-        body_depth: or(size.depth, default.body_depth),
-        body_height: or(size.height, default.body_height),
-        resolution: or(size.resolution, default.resolution),
-    };
-    let mut text = Vec::new();
-    vertebra::write(&mut text, &settings).map_err(failed(&size.out))?;
-    Ok(cache::write(&size.out, &text)?)
 }
 
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> FlowError {

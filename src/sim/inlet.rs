@@ -6,7 +6,7 @@
 
 use super::settings::Inlet;
 use crate::math::{Real, Vec3};
-use crate::sph::Pistons;
+use crate::sph::MovingWalls;
 
 /// An inlet in the course of time. State.
 #[derive(Clone, Debug)]
@@ -87,15 +87,14 @@ impl InletState {
         Some(self.row(self.travelled))
     }
 
-    /// Adds the rows behind the opening that lie within `reach` [m] of it, as those of inlet `number`.
-    pub fn stand(&self, number: u16, reach: Real, pistons: &mut Pistons) {
+    /// Adds the rows behind the opening that lie within `reach` [m] of it, particles of `volume` [m³], as those of
+    /// inlet `number`.
+    pub fn stand(&self, number: u16, reach: Real, volume: Real, walls: &mut MovingWalls) {
         let velocity = self.settings.direction * self.speed();
         let mut behind = self.travelled - self.row_distance;
         while behind > -reach - self.row_distance {
             for position in self.row(behind) {
-                pistons.position.push(position);
-                pistons.velocity.push(velocity);
-                pistons.inlet.push(number);
+                walls.push_piston(number, position, velocity, volume);
             }
             behind -= self.row_distance;
         }
