@@ -35,7 +35,12 @@ pub fn stabiliser_viscosity(
         return 0.0;
     }
     let crossing = 8.0 * spacing * (density / modulus).sqrt();
-    modulus * if resolved { memory.min(crossing) } else { memory }
+    modulus
+        * if resolved {
+            memory.min(crossing)
+        } else {
+            memory
+        }
 }
 
 /// Weight b of the new stress in a step: the exponential's own mean, from 1/2 (elastic) to 1 (viscous), and its

@@ -147,9 +147,8 @@ impl Stepper<'_> {
                 );
                 let stretch = largest(u).max(largest(&predicted));
                 let rho = self.mix.density[i];
-                let stabiliser = stress::stabiliser_viscosity(
-                    cement, modulus, rho, stretch, spacing, resolved,
-                );
+                let stabiliser =
+                    stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, resolved);
                 let implicit = (modulus * memory * stretch).max(stabiliser);
                 let tau = stress::of_conformation(modulus, u) * (1.0 - b)
                     + stress::of_conformation(modulus, &predicted) * b

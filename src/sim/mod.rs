@@ -21,6 +21,8 @@ pub use inlet::InletState;
 pub use ledger::Ledger;
 pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
-pub use settings::{Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep};
+pub use settings::{
+    Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep,
+};
 pub use simulation::{Simulation, StepReport};
 pub use time_step::Limit;

@@ -35,7 +35,7 @@ impl Stepper<'_> {
 
     /// Time over which compression is undone [s]: that in which the flow, or free fall across a spacing, covers a
     /// share of a spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp
-    /// that of the flow.
+    /// that of the flow. (Gaps may close as fast as they like: pressure has no part in that.)
     fn correction_time(&self) -> Real {
         let dx = self.settings.spacing;
         let fall = (self.settings.gravity.norm() * dx).sqrt();
@@ -180,7 +180,7 @@ impl Stepper<'_> {
         let excess: Vec<Real> = self
             .excess_volume(&operator)
             .iter()
-            .map(|e| e / correction)
+            .map(|&e| e / if e > 0.0 { correction } else { dt })
             .collect();
         let start: Vec<Vec3> = self
             .mix

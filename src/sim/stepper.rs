@@ -60,7 +60,12 @@ impl Stepper<'_> {
         let mut moving = MovingWalls::default();
         let volume = self.kernel.rest_volume(self.settings.spacing);
         for (number, inlet) in self.inlets.iter().enumerate() {
-            inlet.stand(number as u16, self.kernel.support_radius, volume, &mut moving);
+            inlet.stand(
+                number as u16,
+                self.kernel.support_radius,
+                volume,
+                &mut moving,
+            );
         }
         for mover in self.around.movers {
             mover.stand(self.time, self.domain, &mut moving);

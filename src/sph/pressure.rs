@@ -125,7 +125,8 @@ impl PressureOperator<'_> {
                 .map(|p| Real::from(p.share) * pressure[p.i as usize])
                 .sum();
             for pair in row {
-                let pushed = near.wall_velocity[b].dot(&vector(pair.gradient)) * near.wall_volume[b];
+                let pushed =
+                    near.wall_velocity[b].dot(&vector(pair.gradient)) * near.wall_volume[b];
                 power += pushed * (pressure[pair.i as usize] + own);
                 rate += 2.0 * pushed;
             }

@@ -3,7 +3,9 @@
 use crate::scenes::{newtonian, run, settings};
 use osteoflow::fluid::{Cement, PerPhase, PhaseMaterial};
 use osteoflow::math::{Aabb, Vec3};
-use osteoflow::sim::{Body, BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep};
+use osteoflow::sim::{
+    Body, BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep,
+};
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
 
