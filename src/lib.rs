@@ -24,7 +24,8 @@
 //! | 5 | [`report`] | tables, plots, runs that are kept |
 //! | 6 | [`scene`] | what a recipe says, then what it means |
 //! | 7 | [`flow`] | stages: files in, files out |
-//! | 8 | [`cli`] | arguments, progress, exit codes |
+//! | 8 | [`study`] | verification and studies: one question, one table, one picture |
+//! | 9 | [`cli`] | arguments, progress, exit codes |
 //!
 //! # Where we leave the paper, and what shows it
 //!
@@ -53,6 +54,7 @@
 //! | [Giesekus82] | H. Giesekus, "A simple constitutive equation for polymer fluids…", J. Non-Newtonian Fluid Mech. 11 (1982) |
 //! | [DFSPH] | J. Bender, D. Koschier, "Divergence-free SPH for incompressible and viscous fluids", IEEE TVCG 23 (2017) |
 //! | [Morris97] | J. Morris, P. Fox, Y. Zhu, "Modeling low Reynolds number incompressible flows using SPH", J. Comput. Phys. 136 (1997) |
+//! | [Waters70] | N. Waters, M. King, "Unsteady flow of an elastico-viscous liquid", Rheologica Acta 9 (1970) |
 //! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
@@ -80,5 +82,6 @@ pub mod scene;
 pub mod sim;
 pub mod solid;
 pub mod sph;
+pub mod study;
 pub mod surface;
 pub mod units;

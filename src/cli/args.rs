@@ -1,8 +1,9 @@
 //! What can be typed.
 
 use crate::flow::FrameRange;
+use crate::study::Level;
 use crate::units::Length;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Simulates bone cement: how it mixes, and how it flows from a needle into porous bone.
@@ -15,7 +16,7 @@ pub(super) struct Arguments {
     pub common: Common,
 }
 
-/// Each verb is one call into `scene` or `flow`.
+/// Each verb is one call into `scene`, `flow` or `study`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
     /// Says what a recipe means and what is doubtful about it; runs nothing.
@@ -38,6 +39,51 @@ pub(super) enum Verb {
     /// Makes a mesh from formulas.
     #[command(subcommand)]
     Make(Shape),
+    /// Holds the program against exact solutions: a table, and a plot a case.
+    Verify {
+        /// Cases, all if none is named; --list names them.
+        cases: Vec<String>,
+        #[command(flatten)]
+        work: StudyArguments,
+    },
+    /// Answers a question about the method with a table and a picture; goes on where it was stopped.
+    Study {
+        /// Which; --list names them.
+        #[arg(required_unless_present = "list")]
+        name: Option<String>,
+        #[command(flatten)]
+        work: StudyArguments,
+    },
+}
+
+/// How thorough to be, and where the results go.
+#[derive(Debug, Args)]
+pub(super) struct StudyArguments {
+    /// Quick takes minutes, full an hour or more.
+    #[arg(long, value_enum, default_value_t = LevelArgument::Quick)]
+    pub level: LevelArgument,
+    /// Folder of the results and of the runs behind them [default: out/verify, out/study-NAME].
+    #[arg(short, long)]
+    pub out: Option<PathBuf>,
+    /// Says what there is, and runs nothing.
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// How thorough a study is.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum LevelArgument {
+    Quick,
+    Full,
+}
+
+impl From<LevelArgument> for Level {
+    fn from(level: LevelArgument) -> Self {
+        match level {
+            LevelArgument::Quick => Self::Quick,
+            LevelArgument::Full => Self::Full,
+        }
+    }
 }
 
 /// What can be made.
