@@ -38,14 +38,14 @@ pub struct Simulation {
     pub carved: usize,
     /// V₀ [m³].
     pub rest_volume: Real,
-    /// Largest step after one that failed [s]; infinite if none did lately.
-    pub caution: Real,
+    /// Largest step after one that failed [s], if one did lately.
+    pub caution: Option<Real>,
     kernel: Kernel,
     domain: Domain,
     solid: Solid,
     walls: Walls,
     movers: Vec<Mover>,
-    tally: Tally,
+    pub(super) tally: Tally,
 }
 
 impl Simulation {
@@ -97,7 +97,7 @@ impl Simulation {
             steps: 0,
             carved,
             rest_volume,
-            caution: Real::INFINITY,
+            caution: None,
             kernel,
             domain,
             solid,
@@ -148,28 +148,34 @@ impl Simulation {
         mut each: impl FnMut(&StepReport),
     ) -> Result<(), SimError> {
         while self.time < end {
-            let left = end - self.time;
-            let report = self.step(left)?;
-            // The last step of a frame lands on it exactly, whatever the sum of steps rounds to.
-            self.time = if report.dt >= left {
-                end
-            } else {
-                self.time + report.dt
-            };
-            each(&report);
+            each(&self.step_towards(end)?);
         }
         Ok(())
     }
 
+    /// One step, which does not lead beyond `end` [s].
+    pub fn step_towards(&mut self, end: Real) -> Result<StepReport, SimError> {
+        let left = end - self.time;
+        let report = self.step(left)?;
+        // The last step of a frame lands on it exactly, whatever the sum of steps rounds to.
+        self.time = if report.dt >= left {
+            end
+        } else {
+            self.time + report.dt
+        };
+        Ok(report)
+    }
+
     /// One step of at most `left` [s]. One that fails its health check or does not converge is taken back and tried
     /// again smaller, unless the step is fixed; what fails in the end leaves the state before it.
-    pub fn step(&mut self, left: Real) -> Result<StepReport, SimError> {
+    fn step(&mut self, left: Real) -> Result<StepReport, SimError> {
         self.steps += 1;
         let TimeStep::Adaptive { min, .. } = self.settings.time_step else {
             let before = (self.fluid.clone(), self.inlets.clone());
             let (report, compression, ended) = self.attempt(left);
             if let Err(error) = ended {
                 (self.fluid, self.inlets) = before;
+                self.steps -= 1;
                 return Err(error);
             }
             return Ok(self.accept(report, &compression));
@@ -184,7 +190,7 @@ impl Simulation {
                     // After a failure the step grows back slowly.
                     let natural = report.limit != Some(Limit::Retry);
                     let grown = report.dt * CAUTIOUS_GROWTH;
-                    self.caution = if natural { Real::INFINITY } else { grown };
+                    self.caution = (!natural).then_some(grown);
                     return Ok(self.accept(report, &compression));
                 }
                 Ok(()) => SimError::Unconverged {
@@ -198,10 +204,11 @@ impl Simulation {
             };
             (self.fluid, self.inlets) = before;
             if retries == MOST_RETRIES || report.dt <= min {
+                self.steps -= 1;
                 return Err(error);
             }
             retries += 1;
-            self.caution = (report.dt * RETRY).max(min);
+            self.caution = Some((report.dt * RETRY).max(min));
         }
     }
 

@@ -9,9 +9,10 @@ use crate::fluid::{FluidParticles, MixtureFields, bonding};
 use crate::math::{Mat3, Real, Vec3, ordered_max};
 use crate::sph::operators::velocity_gradient;
 use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
+use serde::{Deserialize, Serialize};
 
 /// What a step did.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// dt [s].
     pub dt: Real,
@@ -46,8 +47,8 @@ pub struct Stepper<'a> {
     pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
-    /// Largest step after one that failed [s].
-    pub caution: Real,
+    /// Largest step after one that failed [s], if one did lately.
+    pub caution: Option<Real>,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -154,8 +155,8 @@ impl Stepper<'_> {
                 (dt, limit) = (inlet.most_step(), Limit::Dose);
             }
         }
-        if limit != Limit::Fixed && self.caution < dt {
-            (dt, limit) = (self.caution, Limit::Retry);
+        if let Some(caution) = self.caution.filter(|&c| limit != Limit::Fixed && c < dt) {
+            (dt, limit) = (caution, Limit::Retry);
         }
         if limit == Limit::Fixed {
             if left < dt * (1.0 + 1e-9) {
