@@ -4,8 +4,8 @@ use super::StudyError;
 use crate::fluid::{Cement, PhaseMaterial};
 use crate::math::{Aabb, Mat3, Real, Stream, Vec3};
 use crate::sim::{
-    Body, BodyShape, Motion, MovingSolid, Path, Scheme, SimSettings, Simulation, StressStep,
-    TimeStep,
+    Body, BodyShape, ElasticWaves, Motion, MovingSolid, Path, Scheme, SimSettings, Simulation,
+    StressStep, TimeStep,
 };
 use crate::solid::{Shape, Solid, wall_particles};
 use crate::sph::WallParticles;
@@ -57,6 +57,7 @@ pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
         stress: StressStep::Coupled,
         spacing,
         support_ratio: 2.4,
+        elastic_waves: ElasticWaves::Damped,
         duration: 1.0,
         frames_per_second: 10.0,
         gravity: Vec3::zeros(),

@@ -4,7 +4,7 @@ use super::series::{curve, dots, thinned};
 use super::{Bench, Case, Figure, Goal, Measured, StudyError};
 use crate::math::{Real, Vec3};
 use crate::report::{Axis, Plot};
-use crate::sim::{Scheme, TimeStep};
+use crate::sim::{ElasticWaves, Scheme, TimeStep};
 use crate::study::exact::{Fluid, plane_poiseuille};
 use crate::study::scenes::{Lie, Norm, channel, viscoelastic};
 
@@ -128,6 +128,7 @@ fn swing(
     };
     let mut place = channel(GAP, across, lie);
     place.settings.scheme = Scheme::ImmCt;
+    place.settings.elastic_waves = ElasticWaves::Resolved;
     place.settings.cement = viscoelastic(
         DENSITY,
         fluid.solvent,

@@ -5,7 +5,7 @@ use super::{Bench, Case, Measured, StudyError};
 use crate::fluid::PerPhase;
 use crate::math::{Real, Vec3};
 use crate::report::{Axis, Plot};
-use crate::sim::{BodyShape, Scheme, SimSettings, Simulation, TimeStep};
+use crate::sim::{BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, TimeStep};
 use crate::solid::Solid;
 use crate::sph::WallParticles;
 use crate::study::exact::{Fluid, Start, mode};
@@ -108,6 +108,7 @@ fn setup(fluid: &Fluid, across: u32, end: Real) -> SimSettings {
     s.bodies = vec![body(BodyShape::Box(bounds), 1.0)];
     let steps = if fluid.polymer > 0.0 {
         s.scheme = Scheme::ImmCt;
+        s.elastic_waves = ElasticWaves::Resolved;
         s.cement = viscoelastic(
             DENSITY,
             fluid.solvent,
