@@ -25,7 +25,7 @@ const SPEED: Real = 2e-3;
 /// Samples in a relaxation time.
 const SAMPLES: u32 = 20;
 
-/// What a run leaves: time [λ] and velocity in the middle [SPEED]; and the relative L2 error over space and time.
+/// What a run leaves: time in λ and velocity in the middle in SPEED; and the relative L2 error over space and time.
 type Swing = (Vec<[Real; 2]>, Real);
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
