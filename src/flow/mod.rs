@@ -19,7 +19,7 @@ pub use frames::FrameRange;
 pub use stage::Stage;
 
 use crate::cache::{self, Frame};
-use crate::scene::{self, Finding, Scene};
+use crate::scene::{self, Finding, Recipe, Scene};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use stamp::{Inputs, Stamp};
@@ -97,15 +97,17 @@ pub struct FrameReport {
 pub type Observer<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Job {
-    /// Reads the recipe, opens the folder and locks the recipe into it.
+    /// Reads the recipe (made coarser and shorter if `quick`), opens the folder and locks the recipe into it.
     pub fn open(
         recipe: &Path,
         overrides: &[String],
+        quick: bool,
         out: &Path,
         force: bool,
         observer: &mut Observer<'_>,
     ) -> Result<Self, FlowError> {
-        let (said, scene) = scene::load(recipe, overrides)?;
+        let alter = if quick { Recipe::quick } else { Recipe::clone };
+        let (said, scene) = scene::load_as(recipe, overrides, alter)?;
         for warning in &scene.warnings {
             observer(Event::Warning(warning));
         }
