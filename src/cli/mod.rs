@@ -6,7 +6,7 @@ mod progress;
 mod report;
 mod study;
 
-use crate::flow::{Event, FlowError, Job, Stage};
+use crate::flow::{self, Event, FlowError, Job, Stage};
 use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
@@ -53,15 +53,19 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut progress = Progress::new(common.quiet);
     match &arguments.verb {
         Verb::Check { recipe } => {
+            let path = &recipe.recipe;
             let alter = if recipe.quick {
                 Recipe::quick
             } else {
                 Recipe::clone
             };
-            let (recipe, scene) = scene::load_as(&recipe.recipe, &recipe.overrides, alter)
-                .map_err(FlowError::from)?;
+            let (recipe, scene) =
+                scene::load_as(path, &recipe.overrides, alter).map_err(FlowError::from)?;
             for warning in &scene.warnings {
                 progress.show(&Event::Warning(warning));
+            }
+            for doubt in flow::doubts(&scene)? {
+                progress.show(&Event::Note(path, &doubt));
             }
             if common.json {
                 return print(&report::json(&scene));

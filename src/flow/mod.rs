@@ -1,5 +1,6 @@
 //! Stages: files in, files out, and only what is stale runs.
 
+mod doubts;
 mod error;
 mod export;
 mod folder;
@@ -13,6 +14,7 @@ mod stamp;
 mod surface;
 mod voxelise;
 
+pub use doubts::doubts;
 pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
@@ -20,6 +22,7 @@ pub use stage::Stage;
 
 use crate::cache::{self, Frame};
 use crate::scene::{self, Finding, Recipe, Scene};
+use crate::sim::Simulation;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use stamp::{Inputs, Stamp};
@@ -122,6 +125,11 @@ impl Job {
             stop: Arc::default(),
             force,
         })
+    }
+
+    /// The simulation at its start, among the walls that `voxelise` left.
+    pub fn simulation(&self) -> Result<Simulation, FlowError> {
+        simulate::start(self)
     }
 
     /// Runs one stage if its results are missing or stale.

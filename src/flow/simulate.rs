@@ -13,11 +13,16 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowError> {
-    let settings = job.scene.sim.clone();
-    let solid = cache::read_solid(&job.folder.solid())?;
-    let walls = cache::read_walls(&job.folder.walls())?;
-    let mut run = Simulation::with_movers(settings, solid, walls, movers::read(job)?)?;
+    let mut run = start(job)?;
     let mut record = Record::default();
+    if run.carved > 0 {
+        let kept = run.fluid.len();
+        let note = format!(
+            "{} particles overlap with walls at the start and are left out, {kept} stay",
+            run.carved
+        );
+        observer(Event::Note(&job.folder.walls(), &note));
+    }
     let restart = restart::newest(&job.folder)?;
     let goes_on = restart.is_some();
     if let Some(restart) = restart {
@@ -56,6 +61,19 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     let summary = summary(job, &mut run, &course.record, diverged.as_deref())?;
     cache::write_json(&job.folder.simulation_report(), &summary)?;
     ended
+}
+
+/// A simulation at its start, among the walls that `voxelise` left.
+pub(super) fn start(job: &Job) -> Result<Simulation, FlowError> {
+    let solid = cache::read_solid(&job.folder.solid())?;
+    let walls = cache::read_walls(&job.folder.walls())?;
+    let settings = job.scene.sim.clone();
+    Ok(Simulation::with_movers(
+        settings,
+        solid,
+        walls,
+        movers::read(job)?,
+    )?)
 }
 
 /// A simulation on its way.
