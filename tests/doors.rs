@@ -132,25 +132,23 @@ fn meshes_that_enclose_nothing() {
             mesh::read_obj(&path, LengthUnit::Millimetre, UpAxis::Z).map_err(|e| e.to_string())?;
         mesh::require_closed(mesh).map_err(|e| e.to_string())
     };
-    assert!(read("").unwrap_err().contains("no faces"));
+    assert!(read("").expect_err("refused").contains("no faces"));
     assert!(
         read("v 0 0 0\nv 1 0 0\nv 0 1 nan\nf 1 2 3\n")
-            .unwrap_err()
+            .expect_err("refused")
             .contains("a.obj:3")
     );
-    let open: String = CUBE.lines().take(19).map(|l| format!("{l}\n")).collect();
-    assert!(read(&open).unwrap_err().contains("not closed"));
+    let open = CUBE.lines().take(19).collect::<Vec<_>>().join("\n");
+    assert!(read(&open).expect_err("refused").contains("not closed"));
     // Inside out: turned, and said.
-    let turned: String = CUBE
-        .lines()
-        .map(|l| {
-            let words: Vec<&str> = l.split(' ').collect();
-            match words[..] {
-                ["f", a, b, c] => format!("f {a} {c} {b}\n"),
-                _ => format!("{l}\n"),
-            }
-        })
-        .collect();
+    let turn = |line: &str| {
+        let words: Vec<&str> = line.split(' ').collect();
+        match words[..] {
+            ["f", a, b, c] => ["f", a, c, b].join(" "),
+            _ => line.to_owned(),
+        }
+    };
+    let turned = CUBE.lines().map(turn).collect::<Vec<_>>().join("\n");
     let (mesh, notes) = read(&turned).expect("can be turned");
     assert!(mesh.signed_volume() > 0.0 && !notes.is_empty());
 }
