@@ -176,7 +176,7 @@ fn code(error: &Failure) -> u8 {
         | FlowError::NoFrame { .. }
         | FlowError::Bone(_)
         | FlowError::Sim(SimError::TooMany(..)) => 3,
-        FlowError::Sim(SimError::Diverged { .. }) => 4,
+        FlowError::Sim(SimError::Diverged { .. } | SimError::Unconverged { .. }) => 4,
         FlowError::Stopped { .. } => 75,
         FlowError::Cache(_)
         | FlowError::Unfinished { .. }

@@ -114,6 +114,8 @@ impl Course<'_> {
                 let step = match run.step_towards(end) {
                     Ok(step) => step,
                     Err(error) => {
+                        // The state before the step that failed: with other settings it may go on from there.
+                        self.saver.save(run, &self.record)?;
                         self.enter(index, &run.ledger())?;
                         return Err(error.into());
                     }

@@ -7,7 +7,7 @@ use super::probe::ProbeRecipe;
 use super::show::PreviewRecipe;
 use crate::export::ExportSettings;
 use crate::math::Real;
-use crate::sim::{Scheme, StressStep};
+use crate::sim::{ElasticWaves, Scheme, StressStep};
 use crate::surface::SurfaceSettings;
 use crate::units::{
     Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity, Volume,
@@ -29,6 +29,9 @@ pub struct Recipe {
     /// `"coupled"` (steps at the CFL limit) or `"explicit"`.
     #[serde(default = "default_stress")]
     pub stress: StressStep,
+    /// What a coupled step does with elastic waves: `"damped"` (creeping flow) or `"resolved"`.
+    #[serde(default)]
+    pub elastic_waves: ElasticWaves,
     /// Distance between particles at rest.
     pub spacing: Length,
     /// Support radius of the kernel, in spacings.

@@ -24,7 +24,9 @@ pub use ledger::{Ledger, Tally};
 pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
 pub use probe::{Gauge, Probe, Sample};
-pub use settings::{Body, BodyShape, Inlet, Scheme, SimSettings, StressStep, TimeStep};
+pub use settings::{
+    Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep,
+};
 pub use simulation::{Simulation, StepReport};
 pub use state::{InletProgress, Progress, State};
 pub use time_step::Limit;

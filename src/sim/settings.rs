@@ -12,6 +12,8 @@ pub struct SimSettings {
     pub scheme: Scheme,
     /// How the viscoelastic stress is stepped.
     pub stress: StressStep,
+    /// What a coupled step does with elastic waves.
+    pub elastic_waves: ElasticWaves,
     /// Distance between particles at rest [m].
     pub spacing: Real,
     /// Support radius of the kernel, in spacings.
@@ -62,6 +64,17 @@ pub enum StressStep {
     Explicit,
     /// Velocity, pressure and stress in one implicit solve: steps at the CFL limit.
     Coupled,
+}
+
+/// Elastic waves in a coupled step: whether noise is damped at their cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ElasticWaves {
+    /// Flow that follows its driving, as in bone: waves are damped, noise dies soonest.
+    #[default]
+    Damped,
+    /// Flow that swings: waves longer than eight spacings are kept, and so is more noise.
+    Resolved,
 }
 
 /// Time-step control.

@@ -46,6 +46,7 @@ pub(super) fn resolve(
     let sim = SimSettings {
         scheme: recipe.scheme,
         stress: recipe.stress,
+        elastic_waves: recipe.elastic_waves,
         spacing: recipe.spacing.si(),
         support_ratio: recipe.support_ratio,
         duration: c.positive("duration", recipe.duration.si()),
