@@ -2,6 +2,7 @@
 
 mod check;
 mod place;
+mod probe;
 mod show;
 mod time;
 mod wall;
@@ -71,6 +72,7 @@ pub(super) fn resolve(
         shapes: walls.shapes,
         meshes: walls.meshes,
         movers: walls.movers,
+        probes: probe::probes(c, recipe),
         bone,
         surface: recipe.surface,
         export: recipe.export.clone(),
