@@ -13,10 +13,11 @@
 use super::settings::{Region, Struts};
 use super::space::Place;
 use crate::math::Real;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A state of health.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// A young adult's.

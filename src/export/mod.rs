@@ -4,10 +4,11 @@ pub mod grids;
 pub mod vdb;
 
 use crate::math::{Real, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which volumes are made of a frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExportSettings {
     /// Distance between voxels [spacings].

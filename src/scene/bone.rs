@@ -5,10 +5,11 @@ use crate::bone::Preset;
 use crate::math::Real;
 use crate::mesh::{LengthUnit, UpAxis};
 use crate::units::Length;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A bone: its outer surface as a mesh, and what is inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoneRecipe {
     /// OBJ file, relative to the recipe.
@@ -42,7 +43,7 @@ pub struct BoneRecipe {
 }
 
 /// Where the origin and the axes of the recipe lie in the bone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BoneFrame {
     /// Origin in the centre of the vertebral body, x to the left, y to the back, z up.
     #[default]
@@ -54,7 +55,7 @@ pub enum BoneFrame {
 }
 
 /// A density volume from a CT or from an artist's program, in the same space as the bone's mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VolumeRecipe {
     /// OpenVDB file, relative to the recipe.
@@ -70,7 +71,7 @@ pub struct VolumeRecipe {
 }
 
 /// What a volume tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum VolumeMeaning {
     /// 1 is all bone.
     #[serde(rename = "bone fraction")]
@@ -81,7 +82,7 @@ pub enum VolumeMeaning {
 }
 
 /// Trabecular bone somewhere inside: struts of a period, thick by diameter or by the porosity they leave.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionRecipe {
     /// What the report calls it.
@@ -114,7 +115,7 @@ pub struct RegionRecipe {
 }
 
 /// Porosity changes linearly between two points.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GradientRecipe {
     /// Where the first value holds.
@@ -126,7 +127,7 @@ pub struct GradientRecipe {
 }
 
 /// Porosity by the brightness of vertex colours.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaintedRecipe {
     /// Porosity of black [1].
@@ -136,7 +137,7 @@ pub struct PaintedRecipe {
 }
 
 /// A crack: a box, or a slit along a plane.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackRecipe {
     /// What reports call it.
@@ -150,7 +151,7 @@ pub struct CrackRecipe {
 }
 
 /// A canal along a line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VeinRecipe {
     /// What reports call it.

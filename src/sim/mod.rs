@@ -7,6 +7,7 @@ mod ledger;
 mod motion;
 mod motion_law;
 mod mover;
+mod probe;
 mod schemes;
 mod settings;
 mod simulation;
@@ -22,6 +23,7 @@ pub use inlet::InletState;
 pub use ledger::{Ledger, Tally};
 pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
+pub use probe::{Gauge, Probe, Sample};
 pub use settings::{
     Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep,
 };

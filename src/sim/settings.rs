@@ -2,6 +2,7 @@
 
 use crate::fluid::Cement;
 use crate::math::{Aabb, Real, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A whole simulation: what, where, how finely, how long.
@@ -44,7 +45,7 @@ pub struct SimSettings {
 }
 
 /// The three schemes that the paper compares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// Divergence-free SPH: one velocity, viscosity of the mixture, fractions fixed on particles.
@@ -56,7 +57,7 @@ pub enum Scheme {
 }
 
 /// How viscous and viscoelastic stress are stepped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StressStep {
     /// Explicit stress, pressure solved apart: small steps.
@@ -66,7 +67,7 @@ pub enum StressStep {
 }
 
 /// Elastic waves in a coupled step: whether noise is damped at their cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ElasticWaves {
     /// Flow that follows its driving, as in bone: waves are damped, noise dies soonest.

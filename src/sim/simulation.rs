@@ -4,6 +4,7 @@ use super::health::SimError;
 use super::inlet::InletState;
 use super::ledger::{self, Ledger, Tally};
 use super::mover::{Mover, MovingSolid, Surroundings};
+use super::probe::Sample;
 use super::settings::{SimSettings, TimeStep};
 pub use super::stepper::StepReport;
 use super::stepper::Stepper;
@@ -305,6 +306,17 @@ impl Simulation {
         phases
             .map(|(v, &alpha)| mixture::mixture_velocity(v, alpha))
             .collect()
+    }
+
+    /// What probes look at; `velocity` as [`Simulation::velocity`] gives it.
+    pub fn sample<'a>(&'a self, velocity: &'a [Vec3]) -> Sample<'a> {
+        Sample {
+            position: &self.fluid.position,
+            velocity,
+            pressure: &self.fluid.pressure,
+            rest_volume: self.rest_volume,
+            spacing: self.settings.spacing,
+        }
     }
 
     /// Support radius [m].

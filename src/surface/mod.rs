@@ -16,10 +16,11 @@ use crate::math::{Real, Vec3};
 use crate::mesh::TriMesh;
 use cubes::{Cubes, Cut};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the surface is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceSettings {
     /// Support radius of the colour field's kernel [spacings]. 2 is four particle radii, splashsurf's habit.

@@ -3,6 +3,7 @@
 mod bone;
 mod check;
 mod place;
+mod probe;
 mod show;
 mod time;
 mod wall;
@@ -72,6 +73,7 @@ pub(super) fn resolve(
         shapes: walls.shapes,
         meshes: walls.meshes,
         movers: walls.movers,
+        probes: probe::probes(c, recipe),
         bone,
         surface: recipe.surface,
         export: recipe.export.clone(),
