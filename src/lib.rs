@@ -64,9 +64,18 @@
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
 //! | [Baerentzen05] | J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11 (2005) |
+//! | [Jacobson13] | A. Jacobson, L. Kavan, O. Sorkine, "Robust inside-outside segmentation using generalized winding numbers", ACM TOG 32 (2013) |
+//! | [Barill18] | G. Barill et al., "Fast winding numbers for soups and clouds", ACM TOG 37 (2018) |
+//! | [Oosterom83] | A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) |
+//! | [Barequet95] | G. Barequet, M. Sharir, "Filling gaps in the boundary of a polyhedron", Comput. Aided Geom. Des. 12 (1995) |
 //! | [Anderson78] | B. Anderson, "Second-order convergent algorithms for the steady-state Riccati equation", Int. J. Control 28 (1978) |
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
+//! | [Baroud04] | G. Baroud et al., "Experimental and theoretical investigation of directional permeability of human vertebral cancellous bone for cement infiltration", J. Biomech. 37 (2004) |
+//! | [Panjabi92] | M. Panjabi et al., "Human lumbar vertebrae: quantitative three-dimensional anatomy", Spine 17 (1992) |
+//! | [Hildebrand99] | T. Hildebrand et al., "Direct three-dimensional morphometric analysis of human cancellous bone", J. Bone Miner. Res. 14 (1999) |
+//! | [Ginzburg08] | I. Ginzburg, F. Verhaeghe, D. d'Humières, "Two-relaxation-time lattice Boltzmann scheme", Commun. Comput. Phys. 3 (2008) |
+//! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
 //! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
 //! | [Martin52] | J. Martin, W. Moyce, "An experimental study of the collapse of liquid columns on a rigid horizontal plane", Phil. Trans. A 244 (1952) |

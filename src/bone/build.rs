@@ -1,4 +1,4 @@
-//! Fills the grid of signed distances: shell from the mesh, struts, bores.
+//! Fills the grid of signed distances: shell from the mesh, struts, bores and other openings.
 //!
 //! ```text
 //! φ = max( min( |d + t/2| − t/2,  max(struts, d) ),  bores )        d: distance to the mesh, t: thickness of the shell
@@ -8,7 +8,9 @@
 
 use super::network::Network;
 use super::report::{self, BoneReport};
-use super::settings::{BoneError, BoneSettings, Channel};
+use super::settings::{BoneError, BoneSettings};
+use super::sources::Sources;
+use super::space::Channel;
 use super::{Bone, network::Strut};
 use crate::grid::{BRICK, BrickGrid};
 use crate::math::{Real, Vec3};
@@ -23,7 +25,7 @@ pub const BAND: Real = 3.2;
 pub(super) mod place {
     /// Outside the bone, or in its shell.
     pub const ELSEWHERE: u8 = 0;
-    /// In a bore.
+    /// In a bore or another opening.
     pub const BORE: u8 = 1;
     /// Inside the shell, in region 0; the next regions follow.
     pub const FIRST_REGION: u8 = 2;
@@ -37,27 +39,54 @@ pub(super) struct BoneBrick {
     pub(super) place: Box<[u8; 512]>,
     /// Nodes' worth of shell, by sub-voxel fraction.
     pub(super) shell: Real,
-    /// Nodes' worth of struts inside the shell, by region.
-    pub(super) struts: Vec<Real>,
+    /// What is inside the shell, by region and class of asked porosity.
+    pub(super) tallies: Vec<[Tally; CLASSES]>,
 }
 
-/// Builds the inside of the closed `mesh` for particles of distance `spacing` [m]; `carve` is cut out.
+/// Classes of asked porosity in which made porosity is measured.
+pub(super) const CLASSES: usize = 20;
+
+/// Sums over nodes.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tally {
+    pub(super) nodes: Real,
+    /// Nodes' worth of struts.
+    pub(super) solid: Real,
+    /// Sum of asked porosities.
+    pub(super) asked: Real,
+    /// What the struts gain when their surface is moved by a voxel in all, in nodes.
+    pub(super) layer: Real,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.nodes += other.nodes;
+        self.solid += other.solid;
+        self.asked += other.asked;
+        self.layer += other.layer;
+    }
+}
+
+/// Builds the inside of `mesh`, as [`crate::mesh::repaired`] leaves it, for particles of distance `spacing` [m];
+/// `carve` is cut out.
 pub fn build(
     mesh: &TriMesh,
     settings: &BoneSettings,
+    sources: &Sources,
     spacing: Real,
     carve: &[Channel],
 ) -> Result<Bone, BoneError> {
     settings.check(spacing)?;
     let distance = MeshDistance::new(mesh);
     let bounds = mesh.bounds();
-    let network = Network::grow(settings, mesh, &distance)?;
+    let network = Network::grow(settings, sources, mesh, &distance)?;
 
     let voxel = spacing / settings.nodes_per_spacing;
     let band = BAND * spacing;
     let mut grid = BrickGrid::new(bounds.min, voxel, band as f32);
     let filler = Filler {
         settings,
+        sources,
         distance: &distance,
         network: &network,
         bores: &carve.iter().map(Channel::bore).collect::<Vec<_>>(),
@@ -80,6 +109,7 @@ pub fn build(
 
 struct Filler<'a> {
     settings: &'a BoneSettings,
+    sources: &'a Sources,
     distance: &'a MeshDistance,
     network: &'a Network,
     bores: &'a [Shape],
@@ -164,7 +194,7 @@ impl Filler<'_> {
         if depth > self.band + radius {
             return None;
         }
-        let shell = self.settings.shell_thickness;
+        let shell = self.settings.thickest_shell();
         // Deeper than the band below the shell, the mesh no longer matters.
         let near_mesh = depth > -(shell + self.band + radius);
         let triangles = if near_mesh {
@@ -179,7 +209,7 @@ impl Filler<'_> {
             phi: Box::new([self.grid.background; 512]),
             place: Box::new([place::ELSEWHERE; 512]),
             shell: 0.0,
-            struts: vec![0.0; self.settings.regions.len()],
+            tallies: vec![[Tally::default(); CLASSES]; self.settings.regions.len()],
         };
         for octant in 0..8 {
             let step = [octant >> 2 & 1, octant >> 1 & 1, octant & 1];
@@ -213,7 +243,7 @@ impl Filler<'_> {
             depth + radius
         };
         let struts = nearest_struts(&centre, radius, struts);
-        let shell = self.settings.shell_thickness;
+        let thickest = self.settings.thickest_shell();
         for n in 0..EDGE.pow(3) {
             let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
             let node: [i32; 3] = std::array::from_fn(|axis| step[axis] * EDGE + offset[axis]);
@@ -224,30 +254,46 @@ impl Filler<'_> {
                 .iter()
                 .fold(self.band, |least, strut| least.min(strut.distance(&x)));
             // Where the shell cannot be nearer than a strut, a bound of the depth is as good as the depth.
-            let d = if triangles.is_empty() || shallowest < -shell - strut.max(self.grid.voxel) {
-                shallowest
-            } else {
-                self.distance.signed_among(&x, &triangles)
-            };
+            let (d, shell) =
+                if triangles.is_empty() || shallowest < -thickest - strut.max(self.grid.voxel) {
+                    (shallowest, thickest)
+                } else {
+                    let (d, surface) = self.distance.closest_among(&x, &triangles);
+                    (d, self.settings.shell_at(&(x - surface)))
+                };
             let cortex = (d + 0.5 * shell).abs() - 0.5 * shell;
-            let bore = self
-                .bores
-                .iter()
-                .fold(-self.band, |most, bore| most.max(bore.distance(&x).0));
-            let phi = cortex.min(strut.max(d)).max(bore);
+            let open = self.open(&x);
+            let phi = cortex.min(strut.max(d)).max(open);
             let node = (node[0] << 6 | node[1] << 3 | node[2]) as usize;
             brick.phi[node] = phi.clamp(-self.band, self.band) as f32;
-            brick.shell += solid_share(cortex.max(bore), self.grid.voxel);
-            brick.place[node] = if bore > 0.0 && d < 0.0 {
+            brick.shell += solid_share(cortex.max(open), self.grid.voxel);
+            brick.place[node] = if open > 0.0 && d < 0.0 {
                 place::BORE
             } else if d < -shell {
-                let region = self.settings.region_at(&x);
-                brick.struts[region] += solid_share(strut, self.grid.voxel);
+                let region = self.sources.region_at(self.settings, &x);
+                let struts = &self.settings.regions[region].struts;
+                let asked = self.sources.asked(struts, &x).unwrap_or(0.0);
+                let class = (asked * CLASSES as Real) as usize;
+                let (voxel, half) = (self.grid.voxel, 0.5 * self.grid.voxel);
+                brick.tallies[region][class.min(CLASSES - 1)].add(&Tally {
+                    nodes: 1.0,
+                    solid: solid_share(strut, voxel),
+                    asked,
+                    layer: solid_share(strut - half, voxel) - solid_share(strut + half, voxel),
+                });
                 place::FIRST_REGION + region as u8
             } else {
                 place::ELSEWHERE
             };
         }
+    }
+
+    /// How deep `x` lies in a bore or another opening [m], negative outside all.
+    fn open(&self, x: &Vec3) -> Real {
+        let bores = self.bores.iter().map(|bore| bore.distance(x).0);
+        let openings = &self.settings.openings;
+        let openings = openings.iter().map(|opening| opening.shape.depth(x));
+        bores.chain(openings).fold(-self.band, Real::max)
     }
 }
 

@@ -4,14 +4,24 @@ mod build;
 pub mod landmarks;
 mod network;
 mod nodes;
+mod permeability;
+mod preset;
 mod report;
 mod settings;
+mod sources;
+mod space;
+mod thickness;
+mod thin;
 pub mod vertebra;
 
 pub use build::{BAND, build};
 pub use network::Strut;
-pub use report::{BoneReport, RegionReport};
-pub use settings::{BoneError, BoneSettings, Channel, Place, Region, Struts};
+pub use permeability::Sample;
+pub use preset::Preset;
+pub use report::{BoneReport, Reach, RegionReport};
+pub use settings::{BoneError, BoneSettings, Region, Struts, Varying};
+pub use sources::{Sources, Volume};
+pub use space::{Channel, Opening, OpeningShape, Place};
 
 use crate::grid::BrickGrid;
 

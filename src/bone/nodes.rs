@@ -2,6 +2,8 @@
 
 use super::network::Strut;
 use super::settings::{BoneError, BoneSettings};
+use super::sources::Sources;
+use super::thin::{Joint, thinned};
 use crate::math::{Aabb, Real, Vec3, hash_unit};
 use crate::mesh::{MeshDistance, square_to_box};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
@@ -35,6 +37,7 @@ impl Nodes {
     /// One node a cell of each region's lattice, where it falls into the region.
     pub(super) fn scatter(
         settings: &BoneSettings,
+        sources: &Sources,
         distance: &MeshDistance,
         bounds: &Aabb,
     ) -> Result<Self, BoneError> {
@@ -60,7 +63,7 @@ impl Nodes {
                             let stray = 2.0 * hash_unit(seed, cell, axis as u64) - 1.0;
                             (cell[axis] as Real - 0.5 + settings.jitter * stray) * period
                         });
-                    if settings.region_at(&position) != region {
+                    if sources.region_at(settings, &position) != region {
                         return None;
                     }
                     let depth = distance.signed(&position);
@@ -90,15 +93,32 @@ impl Nodes {
 
     /// The struts that have an end inside the bone, each with the first of its regions; `radius` holds their
     /// thickness relative to others.
-    pub(super) fn join(&self, vertical: Real) -> Vec<(usize, Strut)> {
-        let of_node: Vec<Vec<(usize, Strut)>> = (0..self.all.len())
+    pub(super) fn join(&self, settings: &BoneSettings) -> Vec<(usize, Strut)> {
+        let of_node: Vec<Vec<Joint>> = (0..self.all.len())
             .into_par_iter()
             .map(|i| {
                 let joined = self.joined_to(i).into_iter();
-                joined.map(|j| self.strut(i, j, vertical)).collect()
+                joined.map(|j| self.joint(settings, i, j)).collect()
             })
             .collect();
-        of_node.into_iter().flatten().collect()
+        let joints: Vec<Joint> = of_node.into_iter().flatten().collect();
+        // All that lies outside hangs together: there, struts end in the shell.
+        let anchored: Vec<bool> = self.all.iter().map(|node| !node.inside).collect();
+        let kept = thinned(joints, &anchored).into_iter();
+        kept.map(|joint| self.strut(&joint, settings.vertical))
+            .collect()
+    }
+
+    fn joint(&self, settings: &BoneSettings, i: usize, j: usize) -> Joint {
+        let (from, to) = (&self.all[i], &self.all[j]);
+        let along = (to.position - from.position).try_normalize(0.0);
+        let upright = along.map_or(0.0, |along| along.z * along.z);
+        let lost = settings.regions[from.region.min(to.region)].lost;
+        Joint {
+            nodes: [i, j],
+            upright,
+            doomed: hash_unit(self.seed, [i as i64, j as i64, 0], 4) < losing(lost, upright),
+        }
     }
 
     /// The nodes that are joined to node `i` and leave the strut to it: each strut belongs to its coarser end.
@@ -129,18 +149,22 @@ impl Nodes {
         candidates.filter(free).map(|&(_, j)| j).collect()
     }
 
-    fn strut(&self, i: usize, j: usize, vertical: Real) -> (usize, Strut) {
+    fn strut(&self, joint: &Joint, vertical: Real) -> (usize, Strut) {
+        let [i, j] = joint.nodes;
         let (from, to) = (&self.all[i], &self.all[j]);
-        let along = (to.position - from.position).try_normalize(0.0);
-        let upright = along.map_or(0.0, |along| along.z * along.z);
         let uneven = 1.0 + UNEVEN * (2.0 * hash_unit(self.seed, [i as i64, j as i64, 0], 3) - 1.0);
         (
             from.region.min(to.region),
             Strut {
                 from: from.position,
                 to: to.position,
-                radius: (1.0 + (vertical - 1.0) * upright) * uneven,
+                radius: [(1.0 + (vertical - 1.0) * joint.upright) * uneven; 2],
             },
         )
     }
+}
+
+/// Chance to be lost: a vertical strut's is a quarter of a horizontal one's. Over all directions its mean is `lost`.
+fn losing(lost: Real, upright: Real) -> Real {
+    lost * (1.0 - 0.75 * upright) / 0.75
 }

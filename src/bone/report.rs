@@ -1,9 +1,9 @@
 //! Measures a bone on its grid: what was asked and what was made, and whether cement can pass.
 
-use super::build::{BoneBrick, place, solid_share};
+use super::build::{BoneBrick, CLASSES, Tally, place, solid_share};
 use super::network::Network;
 use super::settings::{BoneSettings, Struts};
-use crate::grid::{BrickMask, connected_share};
+use crate::grid::{BrickMask, connected_share, reached_share};
 use crate::math::Real;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,8 +21,21 @@ pub struct BoneReport {
     pub bone_connected: Real,
     /// Share of the pores inside the shell that hang together in one piece [1].
     pub pores_connected: Real,
+    /// How far balls of growing size get from the bores; empty without bores.
+    pub reach: Vec<Reach>,
     /// By region.
     pub regions: Vec<RegionReport>,
+}
+
+/// How far a ball gets through the pores.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reach {
+    /// Diameter of the ball in particle spacings.
+    pub ball_in_spacings: Real,
+    /// Share of the pores where its centre has room [1].
+    pub fits: Real,
+    /// Share of those places that it can get to from the bores [1].
+    pub reached: Real,
 }
 
 /// One region of a bone.
@@ -32,10 +45,16 @@ pub struct RegionReport {
     pub name: String,
     /// Volume inside the shell, pores and struts [m³].
     pub volume: Real,
-    /// Porosity that was asked for, if it was [1].
+    /// Porosity that was asked for, if it was; its mean where it varies [1].
     pub asked_porosity: Option<Real>,
     /// Porosity that was made [1].
     pub porosity: Real,
+    /// Where the asked porosity varies: asked and made in each twentieth that a hundredth of the region falls into [1].
+    pub classes: Vec<[Real; 2]>,
+    /// Surface of the struts in the volume of pores and struts [1/m].
+    pub specific_surface: Real,
+    /// Permeability φ³/(5 S²) by Kozeny and Carman [m²].
+    pub kozeny_permeability: Real,
     /// Mean diameter of the horizontal struts [m]; each is up to a fifth thicker or thinner.
     pub strut_diameter: Real,
     /// Mean diameter of the largest ball around a point of the pores that still fits between the struts [m].
@@ -44,6 +63,8 @@ pub struct RegionReport {
     pub throat_diameter: Real,
     /// The same in particle spacings: below 3, flow through the throats is not resolved.
     pub throat_in_spacings: Real,
+    /// The spacing that would resolve it: a third of the throat [m].
+    pub resolving_spacing: Real,
 }
 
 /// Measures `bricks`, whose nodes are `voxel` [m] apart.
@@ -57,42 +78,50 @@ pub(super) fn measure(
     let cell = voxel * voxel * voxel;
     let mut bone = 0.0;
     let mut shell = 0.0;
-    let mut region_nodes = vec![0_u64; settings.regions.len()];
-    let mut region_solid = vec![0.0; settings.regions.len()];
+    let mut tallies = vec![[Tally::default(); CLASSES]; settings.regions.len()];
     for brick in bricks {
         shell += brick.shell;
-        for (total, of_brick) in region_solid.iter_mut().zip(&brick.struts) {
-            *total += of_brick;
+        for (total, of_brick) in tallies.iter_mut().zip(&brick.tallies) {
+            for (total, class) in total.iter_mut().zip(of_brick) {
+                total.add(class);
+            }
         }
         for node in 0..512 {
-            bone += solid_share(brick.phi[node].into(), voxel);
-            if brick.place[node] >= place::FIRST_REGION {
-                let region = usize::from(brick.place[node] - place::FIRST_REGION);
-                region_nodes[region] += 1;
-            }
+            let phi = Real::from(brick.phi[node]);
+            bone += solid_share(phi, voxel);
         }
     }
     let regions = (0..settings.regions.len())
         .map(|r| {
-            let nodes = region_nodes[r] as Real;
+            let mut all = Tally::default();
+            for class in &tallies[r] {
+                all.add(class);
+            }
+            let share = |sum: Real, of: &Tally| if of.nodes > 0.0 { sum / of.nodes } else { 0.0 };
             let code = place::FIRST_REGION + r as u8;
             let throat = throat_diameter(bricks, code, voxel);
+            let struts = &settings.regions[r].struts;
+            let classes = tallies[r].iter().filter(|class| {
+                matches!(struts, Struts::Varying(_)) && class.nodes > 0.01 * all.nodes
+            });
+            let porosity = 1.0 - share(all.solid, &all);
+            let specific_surface = share(all.layer, &all) / voxel;
             RegionReport {
                 name: settings.regions[r].name.clone(),
-                volume: nodes * cell,
-                asked_porosity: match settings.regions[r].struts {
-                    Struts::Porosity(porosity) => Some(porosity),
-                    Struts::Diameter(_) => None,
-                },
-                porosity: if nodes > 0.0 {
-                    1.0 - region_solid[r] / nodes
-                } else {
-                    1.0
-                },
+                volume: all.nodes * cell,
+                asked_porosity: (!matches!(struts, Struts::Diameter(_)))
+                    .then(|| share(all.asked, &all)),
+                porosity,
+                classes: classes
+                    .map(|class| [share(class.asked, class), 1.0 - share(class.solid, class)])
+                    .collect(),
+                specific_surface,
+                kozeny_permeability: kozeny(porosity, specific_surface),
                 strut_diameter: network.diameters[r],
                 pore_diameter: pore_diameter(bricks, code, voxel),
                 throat_diameter: throat,
                 throat_in_spacings: throat / spacing,
+                resolving_spacing: throat / 3.0,
             }
         })
         .collect();
@@ -102,8 +131,66 @@ pub(super) fn measure(
         struts: network.struts.len(),
         bone_connected: share_of(bricks, |phi, _| phi <= 0.0),
         pores_connected: share_of(bricks, |phi, place| phi > 0.0 && place != place::ELSEWHERE),
+        reach: BALLS
+            .map(|ball| reach(bricks, ball, spacing))
+            .into_iter()
+            .flatten()
+            .collect(),
         regions,
     }
+}
+
+/// Balls whose way through the pores is tried, in spacings.
+const BALLS: [Real; 5] = [0.5, 1.0, 2.0, 3.0, 4.0];
+
+/// k = φ³/(5 S²); 0 where there is no surface to tell it.
+fn kozeny(porosity: Real, specific_surface: Real) -> Real {
+    if specific_surface > 0.0 {
+        porosity.powi(3) / (5.0 * specific_surface * specific_surface)
+    } else {
+        0.0
+    }
+}
+
+fn reach(bricks: &[BoneBrick], ball: Real, spacing: Real) -> Option<Reach> {
+    let radius = (0.5 * ball * spacing) as f32;
+    let pore = |brick: &BoneBrick, node: usize, radius: f32| {
+        brick.phi[node] > radius && brick.place[node] != place::ELSEWHERE
+    };
+    let count = |radius: f32| -> u64 {
+        let of = |brick: &BoneBrick| (0..512).filter(|n| pore(brick, *n, radius)).count() as u64;
+        bricks.par_iter().map(of).sum()
+    };
+    let seeds: Vec<BrickMask> = bricks
+        .iter()
+        .map(|brick| mask_of(brick, |_, place| place == place::BORE))
+        .collect();
+    if seeds.iter().all(|mask| *mask == [0; 8]) {
+        return None;
+    }
+    let masks: Vec<([i32; 3], BrickMask)> = bricks
+        .par_iter()
+        .map(|brick| {
+            let mask = mask_of(brick, |phi, place| {
+                phi > radius && place != place::ELSEWHERE
+            });
+            (brick.first, mask)
+        })
+        .collect();
+    Some(Reach {
+        ball_in_spacings: ball,
+        fits: count(radius) as Real / count(0.0).max(1) as Real,
+        reached: reached_share(&masks, |b| seeds[b]),
+    })
+}
+
+fn mask_of(brick: &BoneBrick, pick: impl Fn(f32, u8) -> bool) -> BrickMask {
+    let mut mask = [0_u64; 8];
+    for node in 0..512 {
+        let picked = pick(brick.phi[node], brick.place[node]);
+        mask[node >> 6] |= u64::from(picked) << (node & 63);
+    }
+    mask
 }
 
 /// Share of the nodes picked by `pick(φ, place)` that hang together.
@@ -111,11 +198,7 @@ fn share_of(bricks: &[BoneBrick], pick: impl Fn(f32, u8) -> bool + Sync) -> Real
     let masks: Vec<([i32; 3], BrickMask)> = bricks
         .par_iter()
         .filter_map(|brick| {
-            let mut mask = [0_u64; 8];
-            for node in 0..512 {
-                let picked = pick(brick.phi[node], brick.place[node]);
-                mask[node >> 6] |= u64::from(picked) << (node & 63);
-            }
+            let mask = mask_of(brick, &pick);
             (mask != [0; 8]).then_some((brick.first, mask))
         })
         .collect();

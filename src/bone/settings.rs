@@ -1,7 +1,7 @@
 //! What a bone is to be like inside.
 
+use super::space::{Opening, Place};
 use crate::math::{Aabb, Real, Vec3};
-use crate::solid::Shape;
 use serde::{Deserialize, Serialize};
 
 /// Shell and trabeculae of a bone.
@@ -9,6 +9,10 @@ use serde::{Deserialize, Serialize};
 pub struct BoneSettings {
     /// Thickness of the cortical shell [m].
     pub shell_thickness: Real,
+    /// Thickness of the shell where it faces up or down, the endplates [m].
+    pub endplate_thickness: Real,
+    /// Ways through the shell and what is behind it: cracks, veins.
+    pub openings: Vec<Opening>,
     /// Trabeculae by place: the first region that holds a point decides; the last one must be everywhere.
     pub regions: Vec<Region>,
     /// How far a node of the network strays from its lattice, in strut periods: 0 regular, 0.45 natural.
@@ -30,11 +34,14 @@ impl Default for BoneSettings {
     fn default() -> Self {
         Self {
             shell_thickness: 0.8e-3,
+            endplate_thickness: 0.8e-3,
+            openings: Vec::new(),
             regions: vec![Region {
                 name: "spongiosa".into(),
                 place: Place::Everywhere,
                 period: 2e-3,
                 struts: Struts::Diameter(0.7e-3),
+                lost: 0.0,
             }],
             jitter: 0.45,
             vertical: 1.15,
@@ -56,6 +63,10 @@ pub struct Region {
     pub period: Real,
     /// How thick the struts are.
     pub struts: Struts,
+    /// Share of the struts that ageing has taken [1]: of horizontal ones four times as many as of vertical ones, and
+    /// never one on which the hold of others depends.
+    #[serde(default)]
+    pub lost: Real,
 }
 
 /// Thickness of struts, told or asked for.
@@ -66,81 +77,37 @@ pub enum Struts {
     Diameter(Real),
     /// Share of the region that is pores [1]: the diameter follows.
     Porosity(Real),
+    /// The same, varying in space: struts taper.
+    Varying(Varying),
 }
 
-/// A part of space.
+/// Where a porosity that varies in space comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
-    /// All of it.
-    Everywhere,
-    /// A box [m].
-    Box(Aabb),
-    /// An ellipsoid along the axes.
-    Ellipsoid {
-        /// Centre [m].
-        centre: Vec3,
-        /// Half lengths along x, y, z [m].
-        semi_axes: Vec3,
+pub enum Varying {
+    /// Linear from one point to another, constant beyond them.
+    Gradient {
+        /// Where the first value holds [m].
+        from: Vec3,
+        /// Where the second value holds [m].
+        to: Vec3,
+        /// Porosities there [1].
+        values: [Real; 2],
     },
-    /// The side of a plane that `normal` points to.
-    HalfSpace {
-        /// A point on the plane [m].
-        point: Vec3,
-        /// Unit normal.
-        normal: Vec3,
+    /// The brightness of the mesh's vertex colours at the nearest point of its surface.
+    Painted {
+        /// Porosity of black [1].
+        black: Real,
+        /// Porosity of white [1].
+        white: Real,
     },
-}
-
-impl Place {
-    /// Whether it holds `x`.
-    pub fn holds(&self, x: &Vec3) -> bool {
-        match self {
-            Self::Everywhere => true,
-            Self::Box(bounds) => bounds.contains(x),
-            Self::Ellipsoid { centre, semi_axes } => {
-                (x - centre).component_div(semi_axes).norm_squared() <= 1.0
-            }
-            Self::HalfSpace { point, normal } => (x - point).dot(normal) >= 0.0,
-        }
-    }
-}
-
-/// A bore through the bone, such as a cannula leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Channel {
-    /// Centre of one end [m].
-    pub base: Vec3,
-    /// Unit vector to the other end.
-    pub axis: Vec3,
-    /// Length [m].
-    pub length: Real,
-    /// Radius [m].
-    pub radius: Real,
-}
-
-impl Channel {
-    /// Everything but the bore, as a solid.
-    pub fn bore(&self) -> Shape {
-        Shape::Cylinder {
-            base: self.base,
-            axis: self.axis,
-            length: self.length,
-            radius: self.radius,
-            hollow: true,
-        }
-    }
-
-    /// A tube of wall `thickness` [m] around the bore.
-    pub fn tube(&self, thickness: Real) -> Shape {
-        Shape::Tube {
-            base: self.base,
-            axis: self.axis,
-            length: self.length,
-            inner: self.radius,
-            outer: self.radius + thickness,
-        }
-    }
+    /// A volume, such as a CT.
+    Volume {
+        /// Least porosity [1]: denser voxels count as this.
+        least: Real,
+        /// Greatest porosity [1].
+        most: Real,
+    },
 }
 
 /// Why a bone cannot be built.
@@ -172,10 +139,21 @@ pub enum BoneError {
 }
 
 impl BoneSettings {
-    /// Index of the region that decides at `x`.
-    pub fn region_at(&self, x: &Vec3) -> usize {
-        let found = self.regions.iter().position(|region| region.place.holds(x));
-        found.unwrap_or(self.regions.len() - 1)
+    /// Thickness of the shell [m] where the surface is passed in direction `across`, of any length: between cortex and
+    /// endplate as it is between horizontal and vertical.
+    pub fn shell_at(&self, across: &Vec3) -> Real {
+        if self.shell_thickness == self.endplate_thickness {
+            return self.shell_thickness;
+        }
+        let upright = across.z.abs() / across.norm().max(1e-30);
+        let t = ((upright - 0.6) / 0.3).clamp(0.0, 1.0);
+        let smooth = t * t * (3.0 - 2.0 * t);
+        self.shell_thickness + (self.endplate_thickness - self.shell_thickness) * smooth
+    }
+
+    /// The greater thickness of the shell [m].
+    pub(super) fn thickest_shell(&self) -> Real {
+        self.shell_thickness.max(self.endplate_thickness)
     }
 
     pub(super) fn check(&self, spacing: Real) -> Result<(), BoneError> {
@@ -199,6 +177,12 @@ impl BoneSettings {
             "shell_thickness",
             self.shell_thickness,
             self.shell_thickness >= 0.0,
+            "a length, or 0 for none",
+        )?;
+        number(
+            "endplate_thickness",
+            self.endplate_thickness,
+            self.endplate_thickness >= 0.0,
             "a length, or 0 for none",
         )?;
         number(
@@ -247,13 +231,21 @@ impl BoneSettings {
             )?;
             match region.struts {
                 Struts::Diameter(d) => number(&key("struts"), d, d > 0.0, "a diameter above 0")?,
-                Struts::Porosity(p) => number(
-                    &key("struts"),
-                    p,
-                    p > 0.0 && p < 1.0,
-                    "a porosity between 0 and 1",
-                )?,
+                Struts::Porosity(p) => {
+                    number(&key("struts"), p, p > 0.0 && p < 1.0, POROSITY)?;
+                }
+                Struts::Varying(varying) => {
+                    for p in varying.range() {
+                        number(&key("struts"), p, p > 0.0 && p < 1.0, POROSITY)?;
+                    }
+                }
             }
+            number(
+                &key("lost"),
+                region.lost,
+                (0.0..=0.8).contains(&region.lost),
+                "a share from 0 to 0.8",
+            )?;
         }
         let last = &self.regions[self.regions.len() - 1];
         setting(
@@ -265,4 +257,17 @@ impl BoneSettings {
     }
 }
 
+impl Varying {
+    /// The least and the greatest porosity that it can ask for.
+    pub fn range(&self) -> [Real; 2] {
+        let [a, b] = match self {
+            Self::Gradient { values, .. } => *values,
+            Self::Painted { black, white } => [*black, *white],
+            Self::Volume { least, most } => [*least, *most],
+        };
+        [a.min(b), a.max(b)]
+    }
+}
+
+const POROSITY: &str = "a porosity between 0 and 1";
 const MAX_REGIONS: usize = 200;

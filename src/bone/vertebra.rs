@@ -21,6 +21,39 @@ pub struct VertebraSettings {
     pub body_height: Real,
     /// Edge of the lattice that the surface is drawn on [m].
     pub resolution: Real,
+    /// Share of its height that the front of the body has lost, as in a wedge fracture [1].
+    pub wedge: Real,
+    /// Share of its height that the middle of the body has lost, as where an endplate has sunk in [1].
+    pub collapse: Real,
+}
+
+/// A lumbar vertebra.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// The first.
+    L1,
+    /// The second.
+    L2,
+    /// The third, which the tables are of.
+    L3,
+    /// The fourth.
+    L4,
+    /// The fifth.
+    L5,
+}
+
+impl Level {
+    /// Mean size of an adult's body: width, depth, height [m], after [Panjabi92], in proportion to the third.
+    pub fn body(self) -> [Real; 3] {
+        let millimetres = match self {
+            Self::L1 => [41.5, 34.0, 26.5],
+            Self::L2 => [43.0, 34.0, 27.5],
+            Self::L3 => [45.0, 34.0, 28.0],
+            Self::L4 => [47.0, 34.5, 28.0],
+            Self::L5 => [49.5, 34.5, 28.0],
+        };
+        millimetres.map(|length: Real| length * 1e-3)
+    }
 }
 
 impl Default for VertebraSettings {
@@ -30,6 +63,8 @@ impl Default for VertebraSettings {
             body_depth: 0.034,
             body_height: 0.028,
             resolution: 0.0014,
+            wedge: 0.0,
+            collapse: 0.0,
         }
     }
 }
@@ -47,7 +82,8 @@ pub fn make(settings: &VertebraSettings) -> TriMesh {
         max: Vec3::new(50.0, 75.0, 30.0).component_mul(&scale),
     };
     surface_nets(&bounds, settings.resolution, |x| {
-        distance(&x.component_div(&scale)) * scale.min()
+        let p = sound(&x.component_div(&scale), settings);
+        distance(&p) * scale.min()
     })
 }
 
@@ -187,6 +223,19 @@ const MEDIAN: [Limb; 4] = [
 const LIMB_BLEND: Real = 3.5;
 const BODY_BLEND: Real = 5.0;
 
+/// Where a point of the fractured bone lies in the sound one: heights over the lower endplate are stretched back.
+fn sound(p: &Vec3, settings: &VertebraSettings) -> Vec3 {
+    if settings.wedge == 0.0 && settings.collapse == 0.0 {
+        return *p;
+    }
+    // 0 at the back wall and behind it, 1 at the front.
+    let forward = ((HALF_DEPTH - p.y) / (2.0 * HALF_DEPTH)).clamp(0.0, 1.0);
+    let (u, v) = (p.x / HALF_WIDTH, p.y / HALF_DEPTH);
+    let middle = (1.0 - (u * u + v * v) / 0.8).max(0.0);
+    let left = 1.0 - settings.wedge * forward - settings.collapse * middle * middle;
+    Vec3::new(p.x, p.y, (p.z + HALF_HEIGHT) / left.max(0.2) - HALF_HEIGHT)
+}
+
 /// About the distance to the surface [mm], negative inside; exact only at the surface.
 fn distance(p: &Vec3) -> Real {
     let left = Vec3::new(p.x.abs(), p.y, p.z);
@@ -287,6 +336,45 @@ mod tests {
         assert!((height.1 - height.0 - 0.028).abs() < 1.5e-3, "{height:?}");
         let front = section(|p| p.y, &|_| true).0;
         assert!((front + 0.017).abs() < 1e-3, "{front}");
+    }
+
+    #[test]
+    fn a_wedge_loses_height_in_front_and_a_collapse_in_the_middle() {
+        let heights = |settings: &VertebraSettings| {
+            let mesh = make(settings);
+            let found = inspect(&mesh);
+            assert!(found.is_closed() && found.components == 1, "{found:?}");
+            let top = |keep: &dyn Fn(&Vec3) -> bool| {
+                let kept = mesh.positions.iter().filter(|p| keep(p)).map(|p| p.z);
+                kept.fold(Real::MIN, Real::max) + 0.014
+            };
+            [
+                top(&|p| p.x.abs() < 3e-3 && (p.y + 0.0145).abs() < 1.5e-3),
+                top(&|p| p.x.abs() < 3e-3 && (p.y + 0.001).abs() < 1.5e-3),
+            ]
+        };
+        let sound = heights(&VertebraSettings::default());
+        let wedged = heights(&VertebraSettings {
+            wedge: 0.4,
+            ..Default::default()
+        });
+        let sunk = heights(&VertebraSettings {
+            collapse: 0.3,
+            ..Default::default()
+        });
+        // At y = −14.5 mm of −17 to 17 mm a wedge has 0.93 of its effect.
+        assert!(
+            (wedged[0] / sound[0] - (1.0 - 0.4 * 0.93)).abs() < 0.04,
+            "{wedged:?} {sound:?}"
+        );
+        assert!(
+            (sunk[1] / sound[1] - 0.7).abs() < 0.04,
+            "{sunk:?} {sound:?}"
+        );
+        assert!(
+            (sunk[0] / sound[0] - 1.0).abs() < 0.06,
+            "{sunk:?} {sound:?}"
+        );
     }
 
     #[test]

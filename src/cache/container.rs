@@ -25,6 +25,7 @@ const CHECKSUM: usize = 4;
 pub(super) enum Values {
     F32(Vec<f32>),
     F64(Vec<f64>),
+    I16(Vec<i16>),
     I32(Vec<i32>),
     U32(Vec<u32>),
 }
@@ -34,6 +35,7 @@ pub(super) enum Values {
 enum Type {
     F32,
     F64,
+    I16,
     I32,
     U32,
 }
@@ -42,6 +44,7 @@ impl Type {
     fn bytes(self) -> u64 {
         match self {
             Self::F64 => 8,
+            Self::I16 => 2,
             Self::F32 | Self::I32 | Self::U32 => 4,
         }
     }
@@ -305,4 +308,4 @@ macro_rules! elements {
     };
 }
 
-elements!(F32 f32, F64 f64, I32 i32, U32 u32);
+elements!(F32 f32, F64 f64, I16 i16, I32 i32, U32 u32);

@@ -1,6 +1,8 @@
 //! What can be typed.
 
+use crate::bone::vertebra::Level as Vertebra;
 use crate::flow::FrameRange;
+use crate::mesh::{LengthUnit, UpAxis};
 use crate::study::Level;
 use crate::units::Length;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -19,11 +21,8 @@ pub(super) struct Arguments {
 /// Each verb is one call into `scene`, `flow` or `study`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
-    /// Says what a recipe means and what is doubtful about it; runs nothing.
-    Check {
-        #[command(flatten)]
-        recipe: RecipeArguments,
-    },
+    /// Says what a recipe, a mesh (.obj) or a volume (.vdb) means and what is doubtful about it; runs nothing.
+    Check(CheckArguments),
     /// Turns bone, meshes, shapes and cannulas into walls: boundary/.
     Voxelise(WorkArguments),
     /// Lets the cement flow: frames/, stats.csv, simulation.json.
@@ -151,6 +150,15 @@ pub(super) struct VertebraArguments {
     /// The OBJ file to write.
     #[arg(short, long)]
     pub out: PathBuf,
+    /// Which lumbar vertebra: L1 to L5, in an adult's mean size [default: L3].
+    #[arg(long, value_parser = level)]
+    pub level: Option<Vertebra>,
+    /// Share of its height that the front has lost, as in a wedge fracture: 0 to 0.6.
+    #[arg(long, default_value_t = 0.0, value_parser = lost)]
+    pub wedge: f64,
+    /// Share of its height that the middle has lost, where an endplate has sunk in: 0 to 0.6.
+    #[arg(long, default_value_t = 0.0, value_parser = lost)]
+    pub collapse: f64,
     /// Width of the body, left to right, such as "45 mm".
     #[arg(long, value_parser = |text: &str| between(text, "10 mm", "200 mm"))]
     pub width: Option<Length>,
@@ -165,6 +173,28 @@ pub(super) struct VertebraArguments {
     pub resolution: Option<Length>,
 }
 
+fn level(text: &str) -> Result<Vertebra, String> {
+    let levels = [
+        Vertebra::L1,
+        Vertebra::L2,
+        Vertebra::L3,
+        Vertebra::L4,
+        Vertebra::L5,
+    ];
+    let found = levels
+        .into_iter()
+        .find(|level| format!("{level:?}").eq_ignore_ascii_case(text));
+    found.ok_or_else(|| "expected L1 to L5".to_owned())
+}
+
+fn lost(text: &str) -> Result<f64, String> {
+    let share = text
+        .parse()
+        .ok()
+        .filter(|share| (0.0..=0.6).contains(share));
+    share.ok_or_else(|| "expected a share from 0 to 0.6".to_owned())
+}
+
 /// A length in a range that gives something to hold, and not a dust grain or a mountain.
 fn between(text: &str, least: &str, most: &str) -> Result<Length, String> {
     let parse = |text: &str| text.parse::<Length>().map_err(|e| e.to_string());
@@ -174,6 +204,38 @@ fn between(text: &str, least: &str, most: &str) -> Result<Length, String> {
     } else {
         Err(format!("expected {least} to {most}"))
     }
+}
+
+/// What is looked at.
+#[derive(Debug, Args)]
+pub(super) struct CheckArguments {
+    #[command(flatten)]
+    pub recipe: RecipeArguments,
+    /// What a 1 in a mesh is: m, cm or mm [default: m].
+    #[arg(long, value_parser = unit)]
+    pub unit: Option<LengthUnit>,
+    /// Which axis of a mesh points up: y or z [default: z].
+    #[arg(long, value_parser = up)]
+    pub up: Option<UpAxis>,
+    /// Writes a mesh's triangles here, coloured by what is wrong with them.
+    #[arg(long, value_name = "OBJ")]
+    pub defects: Option<PathBuf>,
+}
+
+fn unit(text: &str) -> Result<LengthUnit, String> {
+    let units = [
+        LengthUnit::Metre,
+        LengthUnit::Centimetre,
+        LengthUnit::Millimetre,
+    ];
+    let found = units.into_iter().find(|unit| unit.to_string() == text);
+    found.ok_or_else(|| "expected m, cm or mm".to_owned())
+}
+
+fn up(text: &str) -> Result<UpAxis, String> {
+    let axes = [UpAxis::Y, UpAxis::Z];
+    let found = axes.into_iter().find(|axis| axis.to_string() == text);
+    found.ok_or_else(|| "expected y or z".to_owned())
 }
 
 /// A recipe, and where its results go.
@@ -190,6 +252,9 @@ pub(super) struct WorkArguments {
     /// Goes on with a simulation that was stopped, at the last state that it saved.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    /// Voxelise also measures how permeable a cube of the bone is, by a creeping flow: permeability.json.
+    #[arg(long)]
+    pub permeability: bool,
     /// Works even on what is up to date, in a folder of something else, and with --frames on the frames of a
     /// simulation that did not reach its end.
     #[arg(long)]
@@ -199,7 +264,7 @@ pub(super) struct WorkArguments {
 /// A recipe, and changes to it.
 #[derive(Debug, Args)]
 pub(super) struct RecipeArguments {
-    /// The recipe, a TOML file such as pipeline/vertebra.toml.
+    /// The recipe, a TOML file such as pipeline/vertebra.toml; for `check` also a mesh or a volume.
     pub recipe: PathBuf,
     /// Overrides a key of the recipe, for example --set 'inlet[0].flow_rate=4 ml/min'.
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -247,7 +312,7 @@ mod tests {
             "--json",
         ];
         let Arguments { verb, common } = Arguments::try_parse_from(typed).unwrap();
-        let Verb::Check { recipe } = verb else {
+        let Verb::Check(CheckArguments { recipe, .. }) = verb else {
             panic!("{verb:?}");
         };
         assert_eq!(recipe.overrides, ["a=1", "b=2"]);

@@ -2,7 +2,7 @@
 
 use super::args::{FanArguments, Shape, SyringeArguments, VertebraArguments};
 use super::failed;
-use crate::bone::vertebra::{self, VertebraSettings};
+use crate::bone::vertebra::{self, Level, VertebraSettings};
 use crate::cache;
 use crate::flow::FlowError;
 use crate::math::Real;
@@ -33,11 +33,14 @@ fn or(given: Option<Length>, default: Real) -> Real {
 
 fn vertebra(size: &VertebraArguments) -> VertebraSettings {
     let default = VertebraSettings::default();
+    let [width, depth, height] = size.level.unwrap_or(Level::L3).body();
     VertebraSettings {
-        body_width: or(size.width, default.body_width),
-        body_depth: or(size.depth, default.body_depth),
-        body_height: or(size.height, default.body_height),
+        body_width: or(size.width, width),
+        body_depth: or(size.depth, depth),
+        body_height: or(size.height, height),
         resolution: or(size.resolution, default.resolution),
+        wedge: size.wedge,
+        collapse: size.collapse,
     }
 }
 

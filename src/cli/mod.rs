@@ -1,6 +1,7 @@
 //! Arguments, progress, exit codes: the only room that prints.
 
 mod args;
+mod check;
 mod make;
 mod progress;
 mod report;
@@ -52,7 +53,11 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let common = &arguments.common;
     let mut progress = Progress::new(common.quiet);
     match &arguments.verb {
-        Verb::Check { recipe } => {
+        Verb::Check(what) if check::is_other(&what.recipe.recipe) => {
+            check::check(what, common.json)
+        }
+        Verb::Check(what) => {
+            let recipe = &what.recipe;
             let path = &recipe.recipe;
             let alter = if recipe.quick {
                 Recipe::quick
@@ -121,6 +126,9 @@ fn stages(
     for &stage in stages {
         job.run(stage, show)?;
     }
+    if work.permeability && stages.contains(&Stage::Voxelise) {
+        job.measure_permeability(show)?;
+    }
     if common.json {
         let path = job.folder.run_info();
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
@@ -173,6 +181,8 @@ fn code(error: &Failure) -> u8 {
         | FlowError::Input { .. }
         | FlowError::Mesh(_)
         | FlowError::Open { .. }
+        | FlowError::Volume(_)
+        | FlowError::Unfit { .. }
         | FlowError::NoFrame { .. }
         | FlowError::Bone(_)
         | FlowError::Sim(SimError::TooMany(..)) => 3,

@@ -68,6 +68,10 @@ pub(super) fn text(scene: &Scene) -> String {
             let struts = match region.struts {
                 Struts::Diameter(d) => format!("{} mm thick", millimetres(d)),
                 Struts::Porosity(p) => format!("as thick as leaves {:.0} % open", p * 100.0),
+                Struts::Varying(varying) => {
+                    let [least, most] = varying.range().map(|p| p * 100.0);
+                    format!("as thick as leaves {least:.0} to {most:.0} % open")
+                }
             };
             let period = millimetres(region.period);
             let value = format!("{}: struts every {period} mm, {struts}", region.name);

@@ -31,7 +31,7 @@ pub fn doubts(scene: &Scene) -> Result<Vec<String>, FlowError> {
             .ok()
             .map(|found| mesh.transformed(&found.to_frame())),
     };
-    let Some((outer, _)) = frame.and_then(|mesh| mesh::require_closed(mesh).ok()) else {
+    let Some((outer, _)) = frame.and_then(|mesh| mesh::repaired(mesh).ok()) else {
         return Ok(doubts);
     };
     let distance = MeshDistance::new(&outer);

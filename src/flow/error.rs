@@ -3,6 +3,7 @@
 use super::Stage;
 use crate::bone::{BoneError, landmarks::LandmarkError};
 use crate::cache::CacheError;
+use crate::grid::vdb::VdbError;
 use crate::mesh::{ObjError, OpenMesh};
 use crate::scene::SceneError;
 use crate::sim::SimError;
@@ -86,6 +87,17 @@ pub enum FlowError {
         path: PathBuf,
         /// What is wrong with it.
         source: OpenMesh,
+    },
+    /// A volume that cannot be read.
+    #[error(transparent)]
+    Volume(#[from] VdbError),
+    /// A file that lacks what the recipe wants of it.
+    #[error("{path} {problem}")]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// What it lacks.
+        problem: String,
     },
     /// A bone whose front and back cannot be told.
     #[error("{path} (with frame = \"as is\" its own axes are used)")]

@@ -87,6 +87,16 @@ impl Folder {
         self.root.join("boundary/bone.json")
     }
 
+    /// Three slices through the bone.
+    pub fn bone_slices(&self) -> PathBuf {
+        self.root.join("boundary/slices.png")
+    }
+
+    /// How permeable the bone is.
+    pub fn permeability(&self) -> PathBuf {
+        self.root.join("permeability.json")
+    }
+
     /// The bone's outer surface.
     pub fn bone_mesh(&self) -> PathBuf {
         self.root.join("boundary/bone.obj")

@@ -1,14 +1,17 @@
 //! Stages: files in, files out, and only what is stale runs.
 
+mod bone;
 mod doubts;
 mod error;
 mod export;
 mod folder;
 mod frames;
 mod movers;
+mod permeability;
 mod preview;
 mod restart;
 mod simulate;
+mod slices;
 mod stage;
 mod stamp;
 mod surface;

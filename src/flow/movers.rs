@@ -1,6 +1,7 @@
 //! Walls that move: built where they are at the start, each in files of its own.
 
-use super::voxelise::{self, closed, write_mesh};
+use super::bone::solid_mesh;
+use super::voxelise::{self, write_mesh};
 use super::{FlowError, Job, Observer};
 use crate::cache;
 use crate::math::{Aabb, Vec3};
@@ -30,7 +31,7 @@ pub(super) fn build(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowEr
                 (solid, drawn)
             }
             Region::Mesh(file) => {
-                let mesh = closed(file, observer)?;
+                let mesh = solid_mesh(file, observer)?;
                 (voxelise::mesh_solid(&mesh, sim.spacing), Some(mesh))
             }
         };

@@ -253,7 +253,7 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
     render(&scene, &job.scene.preview.picture)
 }
 
-fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
+pub(super) fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
     let mut bytes = Vec::new();
     let (width, height) = picture.dimensions();
     PngEncoder::new(&mut bytes)

@@ -8,6 +8,7 @@ use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Probe, Simulation, StepReport};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -197,6 +198,7 @@ fn summary(
     diverged: Option<&str>,
 ) -> Result<Value, FlowError> {
     let ledger = run.ledger();
+    let whereabouts = whereabouts(job, run)?;
     let volume = |phases: crate::fluid::PerPhase<f64>| phases.liquid + phases.polymer;
     Ok(json!({
         "diverged": diverged,
@@ -210,19 +212,38 @@ fn summary(
         "volume_inside_m3": volume(ledger.inside),
         "volume_injected_m3": volume(ledger.injected),
         "volume_escaped_m3": volume(ledger.escaped),
-        "inside_bone_share": inside_bone_share(job, run)?,
+        "inside_bone_share": whereabouts.as_ref().map(|w| w["inside_share"].clone()),
+        "leaked_m3": whereabouts.as_ref().map(|w| w["leaked_m3"].clone()),
     }))
 }
 
-/// Share of the cement that lies within the bone's outer surface.
-fn inside_bone_share(job: &Job, run: &Simulation) -> Result<Option<f64>, FlowError> {
+/// Where the cement lies: the share within the bone's outer surface, and the volume that left it, by the opening
+/// that is nearest [m³].
+fn whereabouts(job: &Job, run: &Simulation) -> Result<Option<Value>, FlowError> {
     let position = &run.fluid.position;
-    if job.scene.bone.is_none() || position.is_empty() {
+    let Some(bone) = job.scene.bone.as_ref().filter(|_| !position.is_empty()) else {
         return Ok(None);
+    };
+    let surface = read_obj(&job.folder.bone_mesh(), LengthUnit::Metre, UpAxis::Y)?;
+    let distance = MeshDistance::new(&surface);
+    let outside: Vec<&crate::math::Vec3> = position
+        .par_iter()
+        .filter(|x| distance.signed(x) >= 0.0)
+        .collect();
+    let openings = &bone.settings.openings;
+    let mut leaked: BTreeMap<&str, f64> = BTreeMap::new();
+    for x in &outside {
+        let depths = openings.iter().map(|o| (o.shape.depth(x), o.name.as_str()));
+        let nearest = depths.max_by(|a, b| a.0.total_cmp(&b.0));
+        let name = nearest.filter(|(depth, _)| *depth > -FARTHEST_LEAK);
+        *leaked.entry(name.map_or("elsewhere", |n| n.1)).or_default() += run.rest_volume;
     }
-    let bone = read_obj(&job.folder.bone_mesh(), LengthUnit::Metre, UpAxis::Y)?;
-    let distance = MeshDistance::new(&bone);
-    let is_inside = |x: &&crate::math::Vec3| distance.signed(x) < 0.0;
-    let inside = position.par_iter().filter(is_inside).count();
-    Ok(Some(inside as f64 / position.len() as f64))
+    let inside = position.len() - outside.len();
+    Ok(Some(json!({
+        "inside_share": inside as f64 / position.len() as f64,
+        "leaked_m3": leaked,
+    })))
 }
+
+/// Cement farther from every opening has not come out of one [m].
+const FARTHEST_LEAK: f64 = 5e-3;

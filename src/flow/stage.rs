@@ -89,12 +89,16 @@ impl Stage {
         match self {
             Self::Voxelise => {
                 let bone = scene.bone.iter().map(|bone| &bone.file);
+                let volumes = scene.bone.iter().filter_map(|bone| bone.volume.as_ref());
                 let movers = scene.movers.iter().filter_map(|mover| match &mover.region {
                     Region::Mesh(file) => Some(file),
                     Region::Shape(_) => None,
                 });
                 let files = bone.chain(&scene.meshes).chain(movers);
-                files.map(|file| file.path.as_path()).collect()
+                files
+                    .map(|file| file.path.as_path())
+                    .chain(volumes.map(|volume| volume.path.as_path()))
+                    .collect()
             }
             _ => Vec::new(),
         }

@@ -1,12 +1,13 @@
 //! Meshes and shapes → `boundary/`: one signed distance, wall particles, and meshes to look at.
 
-use super::{Event, FlowError, Job, Observer, movers};
-use crate::bone::{self, landmarks};
+use super::bone as read;
+use super::{Event, FlowError, Job, Observer, movers, slices};
+use crate::bone;
 use crate::cache;
 use crate::grid::BrickGrid;
 use crate::math::{Aabb, Real};
 use crate::mesh::{self, TriMesh};
-use crate::scene::{Bone, BoneFrame, MeshFile};
+use crate::scene::Bone;
 use crate::sim::SimSettings;
 use crate::solid::{self, Shape, Solid};
 use serde_json::json;
@@ -20,6 +21,8 @@ const DRAWN: Real = 0.5;
 const MOST_NODES: Real = 4e7;
 /// Spacings across a throat below which the flow through it is not resolved.
 const LEAST_ACROSS: Real = 3.0;
+/// Larger meshes are written without normals.
+const MOST_WITH_NORMALS: usize = 500_000;
 /// How much less than a support radius walls are deep, in spacings: fluid keeps off their surface.
 const STANDOFF: Real = 0.4;
 
@@ -32,7 +35,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     };
     let mut walls = TriMesh::default();
     for file in &scene.meshes {
-        let mesh = closed(file, observer)?;
+        let mesh = read::solid_mesh(file, observer)?;
         solid.grids.extend(mesh_solid(&mesh, sim.spacing).grids);
         walls.append(&mesh);
     }
@@ -89,28 +92,46 @@ pub(super) fn mesh_solid(mesh: &TriMesh, spacing: Real) -> Solid {
 fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGrid, FlowError> {
     let sim = &job.scene.sim;
     let path = &bone.file.path;
-    let mut outer = closed(&bone.file, observer)?;
-    let landmarks = match bone.frame {
-        BoneFrame::AsIs => None,
-        BoneFrame::Anatomical => {
-            let found = landmarks::find(&outer);
-            let landmarks = found.map_err(|source| FlowError::NoFrame {
-                path: path.clone(),
-                source,
-            })?;
-            outer = outer.transformed(&landmarks.to_frame());
-            Some(landmarks)
-        }
-    };
-    let built = bone::build(&outer, &bone.settings, sim.spacing, &bone.channels)?;
+    let (outer, landmarks, sources) = read::read(bone, observer)?;
+    let mut settings = bone.settings.clone();
+    // What no particle can touch is not built.
+    let touched = sim.domain.grown((sim.support_ratio + 1.0) * sim.spacing);
+    settings.within = Some(touched);
+    let built = bone::build(&outer, &settings, &sources, sim.spacing, &bone.channels)?;
     for region in &built.report.regions {
         if region.volume > 0.0 && region.throat_in_spacings < LEAST_ACROSS {
             let note = format!(
-                "throats are {:.1} spacings wide in region \"{}\": flow through them is not resolved",
-                region.throat_in_spacings, region.name
+                "throats are {:.1} spacings wide in region \"{}\": flow through them is not resolved; \
+                 a spacing of {:.2} mm would resolve it",
+                region.throat_in_spacings,
+                region.name,
+                region.resolving_spacing * 1e3
             );
             observer(Event::Note(path, &note));
         }
+        if region.volume > 0.0 {
+            let asked = region.asked_porosity;
+            let asked = asked.map_or("–".to_owned(), |p| format!("{p:.3}"));
+            let note = format!(
+                "region \"{}\": porosity asked {asked}, made {:.3}; throats {:.2} mm, {:.1} spacings; \
+                 permeability by Kozeny–Carman {:.1e} m²",
+                region.name,
+                region.porosity,
+                region.throat_diameter * 1e3,
+                region.throat_in_spacings,
+                region.kozeny_permeability
+            );
+            observer(Event::Note(path, &note));
+        }
+    }
+    for reach in &built.report.reach {
+        let note = format!(
+            "balls of {} spacings have room in {:.1} % of the pores and get to {:.1} % of that",
+            reach.ball_in_spacings,
+            reach.fits * 100.0,
+            reach.reached * 100.0
+        );
+        observer(Event::Note(path, &note));
     }
     let frame = landmarks.map(|found| {
         json!({
@@ -122,6 +143,10 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
     });
     let report = json!({ "frame": frame, "made": built.report });
     cache::write_json(&job.folder.bone_report(), &report)?;
+    let tip = bone.channels.first().map(|c| c.base + c.axis * c.length);
+    let through = tip.unwrap_or_else(|| outer.bounds().centre());
+    let picture = slices::draw(&built.solid, &outer, &touched, &through, sim.spacing);
+    slices::write(&job.folder.bone_slices(), &picture)?;
     write_mesh(&job.folder.bone_mesh(), &outer)?;
     let inside = draw(&built.solid, &outer.bounds(), &sim.domain, sim.spacing);
     write_mesh(&job.folder.inside_mesh(), &inside)?;
@@ -142,29 +167,14 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
     mesh::surface_nets(&bounds, step, |x| solid.sample(x).0)
 }
 
-/// A mesh that encloses a volume; what had to be repaired is said.
-pub(super) fn closed(file: &MeshFile, observer: &mut Observer<'_>) -> Result<TriMesh, FlowError> {
-    let mut mesh = mesh::read_obj(&file.path, file.unit, file.up)?;
-    for position in &mut mesh.positions {
-        *position += file.at;
-    }
-    let (mesh, notes) = mesh::require_closed(mesh).map_err(|source| FlowError::Open {
-        path: file.path.clone(),
-        source,
-    })?;
-    for note in notes {
-        observer(Event::Note(&file.path, &note.to_string()));
-    }
-    Ok(mesh)
-}
-
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.
 pub(super) fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), FlowError> {
     if mesh.triangles.is_empty() {
         return Ok(());
     }
     let mut text = Vec::new();
-    mesh::write_obj(&mut text, mesh, Some(&mesh.vertex_normals()), None)
-        .map_err(FlowError::io(path))?;
+    // Normals would make the largest mesh twice as long, and who draws it finds them.
+    let normals = (mesh.triangles.len() < MOST_WITH_NORMALS).then(|| mesh.vertex_normals());
+    mesh::write_obj(&mut text, mesh, normals.as_deref(), None).map_err(FlowError::io(path))?;
     Ok(cache::write(path, &text)?)
 }

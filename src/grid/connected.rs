@@ -11,6 +11,27 @@ pub type BrickMask = [u64; 8];
 /// Share of the marked nodes that hang together in the largest piece (1 if none is marked); nodes are neighbours
 /// along the three axes. `bricks` are first nodes and masks.
 pub fn connected_share(bricks: &[([i32; 3], BrickMask)]) -> Real {
+    let (sizes, _) = sizes(bricks, |_| [0; 8]);
+    let marked: u64 = sizes.iter().sum();
+    if marked == 0 {
+        return 1.0;
+    }
+    sizes.iter().max().copied().unwrap_or(0) as Real / marked as Real
+}
+
+/// Share of the marked nodes that hang together with a seed (0 if there is none); `seeds` marks those of a brick.
+pub fn reached_share(bricks: &[([i32; 3], BrickMask)], seeds: impl Fn(usize) -> BrickMask) -> Real {
+    let (sizes, seeded) = sizes(bricks, seeds);
+    let reached = sizes.iter().zip(seeded).filter(|(_, seeded)| *seeded);
+    let reached: u64 = reached.map(|(size, _)| size).sum();
+    reached as Real / sizes.iter().sum::<u64>().max(1) as Real
+}
+
+/// Nodes of each piece, at its root, and whether one of them is a seed.
+fn sizes(
+    bricks: &[([i32; 3], BrickMask)],
+    seeds: impl Fn(usize) -> BrickMask,
+) -> (Vec<u64>, Vec<bool>) {
     let pieces: Vec<Vec<BrickMask>> = bricks.par_iter().map(|(_, mask)| split(mask)).collect();
     let mut first_of = Vec::with_capacity(bricks.len());
     let mut total = 0;
@@ -47,16 +68,17 @@ pub fn connected_share(bricks: &[([i32; 3], BrickMask)]) -> Real {
     }
 
     let mut size = vec![0_u64; total];
-    let mut marked = 0;
-    for (piece, mask) in pieces.iter().flatten().enumerate() {
-        let count: u64 = mask.iter().map(|word| u64::from(word.count_ones())).sum();
-        marked += count;
-        size[root(&mut parent, piece)] += count;
+    let mut seeded = vec![false; total];
+    for (b, of_brick) in pieces.iter().enumerate() {
+        let seeds = seeds(b);
+        for (p, mask) in of_brick.iter().enumerate() {
+            let root = root(&mut parent, first_of[b] + p);
+            let count: u64 = mask.iter().map(|word| u64::from(word.count_ones())).sum();
+            size[root] += count;
+            seeded[root] |= (0..8).any(|x| mask[x] & seeds[x] != 0);
+        }
     }
-    if marked == 0 {
-        return 1.0;
-    }
-    size.iter().max().copied().unwrap_or(0) as Real / marked as Real
+    (size, seeded)
 }
 
 fn root(parent: &mut [usize], mut piece: usize) -> usize {
@@ -165,5 +187,14 @@ mod tests {
             assert!((share - Real::from(largest) / nodes.len() as Real).abs() < 1e-12);
         }
         assert_eq!(connected_share(&[]), 1.0);
+
+        // Two slabs two nodes apart: a seed in one reaches half of them.
+        let slab = |x: usize| std::array::from_fn(|w| if w == x { !0 } else { 0 });
+        let bricks: Vec<([i32; 3], BrickMask)> = vec![([0; 3], slab(0)), ([8, 0, 0], slab(1))];
+        assert_eq!(
+            reached_share(&bricks, |b| if b == 1 { slab(1) } else { [0; 8] }),
+            0.5
+        );
+        assert_eq!(reached_share(&bricks, |_| [0; 8]), 0.0);
     }
 }

@@ -3,7 +3,8 @@
 mod brick;
 mod connected;
 mod points;
+pub mod vdb;
 
 pub use brick::{BRICK, BrickGrid};
-pub use connected::{BrickMask, connected_share};
+pub use connected::{BrickMask, connected_share, reached_share};
 pub use points::{NearPoints, PointBricks, kernel, kernel_slope};

@@ -2,11 +2,13 @@
 //!
 //! Every triangle that a column (a line along z) passes through adds ±1 above its height: +1 where it faces down, −1
 //! where it faces up. A half-open rule gives a column that hits an edge or a vertex to exactly one of the triangles
-//! there, so the sum is the winding number for any closed mesh.
+//! there, so the sum is the winding number for any closed mesh. Where a column does not come back to 0, the mesh has a
+//! hole: then columns along all three axes vote.
 
 use super::TriMesh;
 use crate::math::{Real, Vec3};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Nodes `origin + step · (i, j, k)`, 0 ≤ i < count, z running fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,13 +52,51 @@ impl Lattice {
     }
 }
 
-/// For each node of `lattice`, whether it is inside the closed, oriented `mesh`.
+/// For each node of `lattice`, whether it is inside `mesh`, whose triangles face outwards.
 pub fn inside_columns(mesh: &TriMesh, lattice: &Lattice) -> Vec<bool> {
+    let (along_z, whole) = along_columns(mesh, lattice);
+    if whole {
+        return along_z;
+    }
+    // Turned so that x, then y, takes the place of z.
+    let turned = |shift: usize| {
+        let turn = |p: &Vec3| Vec3::from_fn(|axis, _| p[(axis + shift) % 3]);
+        let mesh = TriMesh {
+            positions: mesh.positions.iter().map(turn).collect(),
+            triangles: mesh.triangles.clone(),
+        };
+        let lattice = Lattice {
+            origin: turn(&lattice.origin),
+            step: lattice.step,
+            count: std::array::from_fn(|axis| lattice.count[(axis + shift) % 3]),
+        };
+        (along_columns(&mesh, &lattice).0, lattice.count)
+    };
+    let votes = [turned(1), turned(2)];
+    let [_, ny, nz] = lattice.count;
+    along_z
+        .par_iter()
+        .enumerate()
+        .map(|(index, &inside)| {
+            let node = [index / (ny * nz), index / nz % ny, index % nz];
+            let mut sum = u8::from(inside);
+            for (shift, (inside, count)) in votes.iter().enumerate() {
+                let [i, j, k] = std::array::from_fn(|axis| node[(axis + shift + 1) % 3]);
+                sum += u8::from(inside[(i * count[1] + j) * count[2] + k]);
+            }
+            sum >= 2
+        })
+        .collect()
+}
+
+/// Inside by columns along z, and whether every column came back to winding number 0.
+fn along_columns(mesh: &TriMesh, lattice: &Lattice) -> (Vec<bool>, bool) {
     let [nx, ny, nz] = lattice.count;
     let mut inside = vec![false; lattice.len()];
     if inside.is_empty() {
-        return inside;
+        return (inside, true);
     }
+    let whole = AtomicBool::new(true);
     // Triangles by the rows of columns (fixed x) that they reach.
     let mut in_row: Vec<Vec<u32>> = vec![Vec::new(); nx];
     let reach = |low: Real, high: Real, axis: usize, count: usize| {
@@ -89,6 +129,9 @@ pub fn inside_columns(mesh: &TriMesh, lattice: &Lattice) -> Vec<bool> {
                 }
             }
             for (j, crossings) in crossings.iter_mut().enumerate() {
+                if crossings.iter().map(|crossing| crossing.1).sum::<i32>() != 0 {
+                    whole.store(false, Ordering::Relaxed);
+                }
                 crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let mut winding = 0;
                 let mut passed = 0;
@@ -102,7 +145,7 @@ pub fn inside_columns(mesh: &TriMesh, lattice: &Lattice) -> Vec<bool> {
                 }
             }
         });
-    inside
+    (inside, whole.into_inner())
 }
 
 /// Height at which the column (x, y) passes through a triangle, and the change of the winding number there.

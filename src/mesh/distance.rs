@@ -1,19 +1,28 @@
-//! Exact signed distance to a closed, oriented mesh.
+//! Exact distance to a mesh, negative inside.
 //!
 //! The closest point comes from a bounding-volume tree; the sign from the pseudo-normal of the feature (face, edge or
 //! vertex) that holds it: normals of the triangles around it, weighted by their angles there. That is the one choice
-//! of normal whose sign is right everywhere [Baerentzen05].
+//! of normal whose sign is right everywhere [Baerentzen05], as long as the mesh is closed and does not cross itself.
+//! Where it does, or has a hole, the winding number decides; triangles with inside on both sides, such as those of a
+//! shell pushed into another, are no surface and are left out.
 
-use super::TriMesh;
+use super::edges::Edges;
+use super::winding::Winding;
+use super::{TriMesh, crossing, orient};
 use crate::math::{Real, Vec3};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
-use std::collections::HashMap;
+use rayon::prelude::*;
 
 /// A mesh made ready for distance queries.
 pub struct MeshDistance {
     corners: Vec<[Vec3; 3]>,
     /// Pseudo-normals of each triangle: its face, its edges ab, bc, ca, its vertices a, b, c.
     normals: Vec<[Vec3; 7]>,
+    /// Bit f of a triangle: the normal of its feature f tells nothing.
+    unsure: Vec<u8>,
+    /// Place in the mesh of each triangle kept.
+    kept: Vec<u32>,
+    winding: Option<Winding>,
     tree: Bvh,
 }
 
@@ -49,43 +58,21 @@ impl Closest {
 }
 
 impl MeshDistance {
-    /// Prepares `mesh`, which must be closed and oriented (see [`super::require_closed`]) for signs to mean anything.
+    /// Prepares `mesh`, whose triangles must face outwards (see [`super::repaired`]) for signs to mean anything.
     pub fn new(mesh: &TriMesh) -> Self {
-        let faces: Vec<Vec3> = (0..mesh.triangles.len())
-            .map(|t| mesh.area_normal(t).try_normalize(0.0).unwrap_or_default())
-            .collect();
-        let mut at_vertex = vec![Vec3::zeros(); mesh.positions.len()];
-        let mut at_edge: HashMap<(u32, u32), Vec3> = HashMap::new();
-        let edge = |a: u32, b: u32| (a.min(b), a.max(b));
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            for k in 0..3 {
-                let [a, b, c] = [0, 1, 2].map(|s| triangle[(k + s) % 3]);
-                let [pa, pb, pc] = [a, b, c].map(|v| mesh.positions[v as usize]);
-                let (u, v) = (pb - pa, pc - pa);
-                let angle = libm::atan2(u.cross(&v).norm(), u.dot(&v));
-                at_vertex[a as usize] += faces[t] * angle;
-                *at_edge.entry(edge(a, b)).or_insert_with(Vec3::zeros) += faces[t];
+        let count = mesh.triangles.len();
+        let edges = Edges::of(mesh);
+        let crossing = crossing::crossing(mesh);
+        let winding = (!is_simple(mesh, &edges, &crossing)).then(|| Winding::new(mesh, |_| true));
+        let kept: Vec<u32> = match &winding {
+            None => (0..count as u32).collect(),
+            Some(winding) => {
+                let shown = |t: &u32| is_surface(&mesh.corners(*t as usize), winding);
+                (0..count as u32).into_par_iter().filter(shown).collect()
             }
-        }
-        let normals = mesh
-            .triangles
-            .iter()
-            .zip(&faces)
-            .map(|(&[a, b, c], face)| {
-                let around = |a, b| at_edge[&edge(a, b)];
-                let vertex = |v: u32| at_vertex[v as usize];
-                [
-                    *face,
-                    around(a, b),
-                    around(b, c),
-                    around(c, a),
-                    vertex(a),
-                    vertex(b),
-                    vertex(c),
-                ]
-            })
-            .collect();
-        let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
+        };
+        let (normals, unsure) = features(mesh, &edges, &crossing);
+        let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| mesh.corners(t as usize)).collect();
         let boxes: Vec<_> = corners
             .iter()
             .map(|&[a, b, c]| {
@@ -95,13 +82,28 @@ impl MeshDistance {
             .collect();
         Self {
             corners,
-            normals,
+            normals: kept.iter().map(|&t| normals[t as usize]).collect(),
+            unsure: kept.iter().map(|&t| unsure[t as usize]).collect(),
+            kept,
+            winding,
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
         }
     }
 
+    /// The triangle of the mesh that is closest to `x`, if there is any.
+    pub fn closest_triangle(&self, x: &Vec3) -> Option<usize> {
+        let closest = self.find(x);
+        let kept = self.kept.get(closest.triangle as usize);
+        kept.map(|&t| t as usize)
+    }
+
     /// Distance to the surface [m], negative inside, and the closest point on it.
     pub fn closest(&self, x: &Vec3) -> (Real, Vec3) {
+        let closest = self.find(x);
+        (self.signed_distance(x, &closest), closest.point)
+    }
+
+    fn find(&self, x: &Vec3) -> Closest {
         let found = self.tree.find_best(
             Real::MAX,
             |node: &BvhNode, _| square_to_box(x, node),
@@ -110,8 +112,7 @@ impl MeshDistance {
                 Some((candidate.square, candidate))
             },
         );
-        let closest = found.map_or(Closest::NONE, |(_, (_, closest))| closest);
-        (self.signed_distance(x, &closest), closest.point)
+        found.map_or(Closest::NONE, |(_, (_, closest))| closest)
     }
 
     /// Distance to the surface [m], negative inside.
@@ -146,6 +147,11 @@ impl MeshDistance {
 
     /// Signed distance [m] when the closest triangle is known to be among `nearby`: for many points close together.
     pub fn signed_among(&self, x: &Vec3, nearby: &Nearby) -> Real {
+        self.closest_among(x, nearby).0
+    }
+
+    /// The same, with the closest point.
+    pub fn closest_among(&self, x: &Vec3, nearby: &Nearby) -> (Real, Vec3) {
         let mut closest = Closest::NONE;
         let away = (x - nearby.centre).norm();
         let mut reach = Real::INFINITY;
@@ -160,7 +166,7 @@ impl MeshDistance {
                 reach = (closest.square.sqrt() + away) * (1.0 + 1e-12);
             }
         }
-        self.signed_distance(x, &closest)
+        (self.signed_distance(x, &closest), closest.point)
     }
 
     fn signed_distance(&self, x: &Vec3, closest: &Closest) -> Real {
@@ -168,11 +174,12 @@ impl MeshDistance {
             return Real::INFINITY;
         };
         let distance = closest.square.sqrt();
-        if (x - closest.point).dot(&normals[closest.feature]) < 0.0 {
-            -distance
-        } else {
-            distance
-        }
+        let told = self.unsure[closest.triangle as usize] >> closest.feature & 1 == 0;
+        let inside = match &self.winding {
+            Some(winding) if !told => winding.at(x) > 0.5,
+            _ => (x - closest.point).dot(&normals[closest.feature]) < 0.0,
+        };
+        if inside { -distance } else { distance }
     }
 
     fn closest_on(&self, x: &Vec3, triangle: u32) -> Closest {
@@ -184,6 +191,115 @@ impl MeshDistance {
             feature,
         }
     }
+}
+
+/// Whether pseudo-normals alone tell the inside: closed, oriented, nothing crosses, shells lie in each other as
+/// bubbles do.
+fn is_simple(mesh: &TriMesh, edges: &Edges, crossing: &[bool]) -> bool {
+    let paired = |around: &[super::edges::Side]| match around {
+        [a, b] => a.forward != b.forward,
+        _ => false,
+    };
+    if crossing.contains(&true) || !edges.iter().all(paired) {
+        return false;
+    }
+    let mut pieces = orient::pieces(edges, mesh.triangles.len());
+    let count = pieces.count();
+    if count < 2 {
+        return true;
+    }
+    // One triangle a piece, the largest: next to it the winding number has to be 0 in front and 1 behind.
+    let mut largest: Vec<Option<(Real, usize)>> = vec![None; mesh.triangles.len()];
+    for t in 0..mesh.triangles.len() {
+        let best = &mut largest[pieces.root(t as u32) as usize];
+        let area = mesh.area_normal(t).norm();
+        if best.is_none_or(|(most, _)| area > most) {
+            *best = Some((area, t));
+        }
+    }
+    let winding = Winding::new(mesh, |_| true);
+    let probes: Vec<usize> = largest.iter().flatten().map(|(_, t)| *t).collect();
+    probes.into_par_iter().all(|t| {
+        let (front, back) = sides(&mesh.corners(t), [1.0 / 3.0; 3], &winding);
+        front.abs() < 0.3 && (back - 1.0).abs() < 0.3
+    })
+}
+
+/// Winding numbers in front of and behind a point of a triangle.
+fn sides(corners: &[Vec3; 3], weights: [Real; 3], winding: &Winding) -> (Real, Real) {
+    let [a, b, c] = corners;
+    let at = a * weights[0] + b * weights[1] + c * weights[2];
+    let normal = (b - a).cross(&(c - a));
+    let size = normal.norm().sqrt();
+    let step = normal.try_normalize(0.0).unwrap_or_default() * (size * 1e-3);
+    (winding.at(&(at + step)), winding.at(&(at - step)))
+}
+
+/// Whether a triangle has inside on one side and outside on the other, somewhere.
+fn is_surface(corners: &[Vec3; 3], winding: &Winding) -> bool {
+    let near = 0.8;
+    let far = 0.5 * (1.0 - near);
+    [
+        [1.0 / 3.0; 3],
+        [near, far, far],
+        [far, near, far],
+        [far, far, near],
+    ]
+    .into_iter()
+    .any(|weights| {
+        let (front, back) = sides(corners, weights, winding);
+        (front > 0.5) != (back > 0.5)
+    })
+}
+
+/// Pseudo-normals of all features of each triangle, and which of them tell nothing: where an edge has not its two
+/// triangles, or they disagree, or one crosses another.
+fn features(mesh: &TriMesh, edges: &Edges, crossing: &[bool]) -> (Vec<[Vec3; 7]>, Vec<u8>) {
+    let count = mesh.triangles.len();
+    let faces: Vec<Vec3> = (0..count)
+        .map(|t| mesh.area_normal(t).try_normalize(0.0).unwrap_or_default())
+        .collect();
+    let mut at_vertex = vec![Vec3::zeros(); mesh.positions.len()];
+    let mut odd_vertex = vec![false; mesh.positions.len()];
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|s| triangle[(k + s) % 3]);
+            let [pa, pb, pc] = [a, b, c].map(|v| mesh.positions[v as usize]);
+            let (u, v) = (pb - pa, pc - pa);
+            let angle = libm::atan2(u.cross(&v).norm(), u.dot(&v));
+            at_vertex[a as usize] += faces[t] * angle;
+            odd_vertex[a as usize] |= crossing[t];
+        }
+    }
+    let mut normals: Vec<[Vec3; 7]> = faces.iter().map(|face| [*face; 7]).collect();
+    let mut unsure: Vec<u8> = crossing.iter().map(|c| if *c { 0x7f } else { 0 }).collect();
+    for around in edges.iter() {
+        let normal: Vec3 = around
+            .iter()
+            .map(|side| faces[side.triangle as usize])
+            .sum();
+        let odd = !matches!(around, [a, b] if a.forward != b.forward
+            && !crossing[a.triangle as usize] && !crossing[b.triangle as usize]);
+        for side in around {
+            let t = side.triangle as usize;
+            let corners = mesh.triangles[t];
+            let from = if side.forward { side.low } else { side.high };
+            let feature = 1 + corners.iter().position(|v| *v == from).unwrap_or(0);
+            normals[t][feature] = normal;
+            if odd {
+                unsure[t] |= 1 << feature;
+                odd_vertex[side.low as usize] = true;
+                odd_vertex[side.high as usize] = true;
+            }
+        }
+    }
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        for (k, v) in corners.iter().enumerate() {
+            normals[t][4 + k] = at_vertex[*v as usize];
+            unsure[t] |= u8::from(odd_vertex[*v as usize]) << (4 + k);
+        }
+    }
+    (normals, unsure)
 }
 
 /// Squared distance from a point to the box of a tree node [m²].

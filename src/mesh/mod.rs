@@ -1,25 +1,38 @@
 //! Triangle meshes: OBJ in and out, inspection, signed distance, inside by columns, surface of a distance field.
 
 mod columns;
+mod crossing;
 mod distance;
+mod edges;
 mod extract;
+mod holes;
 mod inspect;
 mod obj_frame;
 mod obj_read;
 mod obj_write;
+mod orient;
+mod paint;
+mod pieces;
+mod repair;
+mod survey;
 mod tube;
 mod weld;
+mod winding;
 
 pub use columns::{Lattice, inside_columns};
 pub(crate) use distance::square_to_box;
 pub use distance::{MeshDistance, Nearby};
 pub use extract::surface_nets;
-pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
+pub use inspect::{Inspection, inspect};
 pub use obj_frame::{LengthUnit, UpAxis};
 pub use obj_read::{ObjError, parse_obj, read_obj};
 pub use obj_write::{ObjStyle, write_obj, write_obj_with};
+pub use paint::Painted;
+pub use repair::{MeshNote, OpenMesh, repaired};
+pub use survey::{Fault, Survey, painted_faults, survey};
 pub use tube::tube;
 pub use weld::welded;
+pub use winding::Winding;
 
 use crate::math::{Aabb, Real, Vec3};
 use nalgebra::{Isometry3, Point3};
@@ -179,7 +192,7 @@ pub(crate) mod tests {
         };
         let path = std::path::Path::new(&folder).join("bones").join(name);
         let mesh = read_obj(&path, unit, UpAxis::Z).unwrap();
-        Some(require_closed(mesh).unwrap().0)
+        Some(repaired(mesh).unwrap().0)
     }
 
     /// A torus around z with `n` × `m` quads.

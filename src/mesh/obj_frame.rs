@@ -67,6 +67,16 @@ impl UpAxis {
         }
     }
 
+    /// The turn from the file's axes to ours.
+    pub fn inward_turn(self) -> nalgebra::Rotation3<Real> {
+        match self {
+            Self::Y => {
+                nalgebra::Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2)
+            }
+            Self::Z => nalgebra::Rotation3::identity(),
+        }
+    }
+
     /// From our axes to the file's.
     pub(super) fn outward(self, p: &Vec3) -> Vec3 {
         match self {

@@ -1,7 +1,7 @@
 //! A scene: what a recipe means, in SI, complete and checked.
 
 use super::Finding;
-use super::place::BoneFrame;
+use super::bone::{BoneFrame, VolumeMeaning};
 use super::show::BoneLook;
 use crate::bone::{BoneSettings, Channel};
 use crate::export::ExportSettings;
@@ -95,6 +95,26 @@ pub struct Bone {
     pub settings: BoneSettings,
     /// Where cannulas go through it.
     pub channels: Vec<Channel>,
+    /// OBJ groups and materials that regions name, in the numbers that their places have.
+    pub parts: Vec<String>,
+    /// The volume that regions take their porosity from.
+    pub volume: Option<VolumeFile>,
+}
+
+/// A volume on disk and what its numbers mean.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VolumeFile {
+    /// OpenVDB file.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// Which of its grids; the first if not given.
+    pub grid: Option<String>,
+    /// What a 1 in it is.
+    pub holds: VolumeMeaning,
+    /// What a 1 in its coordinates is.
+    pub unit: LengthUnit,
+    /// Which axis of the file points up.
+    pub up: UpAxis,
 }
 
 /// Pictures.

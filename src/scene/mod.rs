@@ -1,5 +1,6 @@
 //! What a recipe says, then what it means: checked, in SI, ready for the rooms below.
 
+mod bone;
 mod document;
 mod error;
 mod meaning;
@@ -9,13 +10,16 @@ mod recipe;
 mod resolve;
 mod show;
 
+pub use bone::{
+    BoneFrame, BoneRecipe, CrackRecipe, GradientRecipe, PaintedRecipe, RegionRecipe, VeinRecipe,
+    VolumeMeaning, VolumeRecipe,
+};
 pub use document::Document;
 pub use error::{Finding, SceneError};
-pub use meaning::{Bone, MeshFile, MovingWall, Plane, Preview, Region, Scene, View};
+pub use meaning::{Bone, MeshFile, MovingWall, Plane, Preview, Region, Scene, View, VolumeFile};
 pub use place::{
-    BodyRecipe, BoneFrame, BoneRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe,
-    InletRecipe, MeshRecipe, MovingRecipe, OscillatingRecipe, PlaneRecipe, Ratio, RegionRecipe,
-    SphereRecipe, TurningRecipe, WallRecipe,
+    BodyRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, MeshRecipe,
+    MovingRecipe, OscillatingRecipe, PlaneRecipe, Ratio, SphereRecipe, TurningRecipe, WallRecipe,
 };
 pub use probe::{FluxRecipe, PressureRecipe, ProbeRecipe, ProfileRecipe};
 pub use recipe::{

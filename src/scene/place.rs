@@ -159,56 +159,6 @@ pub struct MeshRecipe {
     pub at: Option<[Length; 3]>,
 }
 
-/// A bone: its outer surface as a mesh, and what is inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BoneRecipe {
-    /// OBJ file, relative to the recipe.
-    pub mesh: String,
-    /// What a 1 in the file is.
-    pub unit: LengthUnit,
-    /// Which axis of the file points up.
-    pub up: UpAxis,
-    /// Whether the recipe's points are the bone's own.
-    #[serde(default)]
-    pub frame: BoneFrame,
-    /// Thickness of the cortical shell.
-    pub cortex: Length,
-    /// Trabecular regions; the first that holds a point counts there.
-    #[serde(default)]
-    pub region: Vec<RegionRecipe>,
-}
-
-/// Where the origin and the axes of the recipe lie in the bone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum BoneFrame {
-    /// Origin in the centre of the vertebral body, x to the left, y to the back, z up.
-    #[default]
-    #[serde(rename = "anatomical")]
-    Anatomical,
-    /// As in the file, turned z up.
-    #[serde(rename = "as is")]
-    AsIs,
-}
-
-/// Trabecular bone somewhere inside: struts of a period, thick by diameter or by the porosity they leave.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RegionRecipe {
-    /// What the report calls it.
-    pub name: String,
-    /// Inside this box,
-    pub r#box: Option<BoxRecipe>,
-    /// or inside this ellipsoid; neither: everywhere else.
-    pub ellipsoid: Option<EllipsoidRecipe>,
-    /// Distance from strut to strut.
-    pub strut_period: Length,
-    /// Thickness of a strut,
-    pub strut_diameter: Option<Length>,
-    /// or the open fraction to be met [1].
-    pub porosity: Option<Real>,
-}
-
 /// A round opening from which cement is pressed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,7 +2,8 @@
 //!
 //! Serialised again with all defaults filled in it is `recipe.lock.toml`, which is itself a recipe.
 
-use super::place::{BodyRecipe, BoneRecipe, BoxRecipe, InletRecipe, WallRecipe};
+use super::bone::BoneRecipe;
+use super::place::{BodyRecipe, BoxRecipe, InletRecipe, WallRecipe};
 use super::probe::ProbeRecipe;
 use super::show::PreviewRecipe;
 use crate::export::ExportSettings;
@@ -147,10 +148,12 @@ impl Recipe {
             }
         };
         let mut recipe = self.clone();
-        recipe
-            .bone
-            .iter_mut()
-            .for_each(|bone| anchor(&mut bone.mesh));
+        if let Some(bone) = &mut recipe.bone {
+            anchor(&mut bone.mesh);
+            bone.volume
+                .iter_mut()
+                .for_each(|volume| anchor(&mut volume.path));
+        }
         let meshes = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
         meshes.for_each(|mesh| anchor(&mut mesh.path));
         recipe

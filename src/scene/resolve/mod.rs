@@ -1,5 +1,6 @@
 //! From what a recipe says to what it means: SI, defaults, and checks across keys.
 
+mod bone;
 mod check;
 mod place;
 mod probe;
@@ -41,7 +42,7 @@ pub(super) fn resolve(
         "nothing flows: give at least one [[body]] or [[inlet]]",
     );
     let walls = wall::walls(c, recipe, folder);
-    let bone = place::bone(c, recipe, folder);
+    let bone = bone::bone(c, recipe, folder);
 
     let sim = SimSettings {
         scheme: recipe.scheme,

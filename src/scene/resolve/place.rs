@@ -1,20 +1,14 @@
-//! Bodies, the bone, inlets.
+//! Bodies and inlets.
 
 use super::check::{Checker, point};
-use super::wall::tube;
-use crate::bone::{BoneSettings, Channel, Place, Region, Struts};
 use crate::math::{Aabb, Real, Vec3};
-use crate::scene::place::{
-    BodyRecipe, BoxRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, Ratio, SphereRecipe,
-};
+use crate::scene::place::{BodyRecipe, CylinderRecipe, InletRecipe, Ratio, SphereRecipe};
 use crate::scene::recipe::Recipe;
-use crate::scene::{Bone, MeshFile};
 use crate::sim::{Body, BodyShape, Inlet};
 use crate::units::Velocity;
-use std::path::Path;
 
 /// Fewer spacings than this across an opening do not carry a flow profile.
-const LEAST_ACROSS: Real = 3.0;
+pub(super) const LEAST_ACROSS: Real = 3.0;
 
 pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec<Body> {
     let mut bodies = Vec::new();
@@ -95,123 +89,6 @@ pub(super) fn cylinder(
         c.positive(&key("length"), cylinder.length.si()),
         c.positive(&key("radius"), cylinder.radius.si()),
     )
-}
-
-pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Option<Bone> {
-    let bone = recipe.bone.as_ref()?;
-    c.distinct(
-        "bone.region",
-        bone.region.iter().map(|region| region.name.as_str()),
-    );
-    let last = bone.region.len().saturating_sub(1);
-    let mut regions = Vec::new();
-    for (n, region) in bone.region.iter().enumerate() {
-        let key = format!("bone.region[{n}]");
-        let place = region_place(c, &key, region.r#box.as_ref(), region.ellipsoid.as_ref());
-        c.require(
-            (n == last) == (place == Place::Everywhere),
-            &key,
-            "the last region, and no other, is everywhere else: without box or ellipsoid",
-        );
-        let period = c.positive(&format!("{key}.strut_period"), region.strut_period.si());
-        let given = [region.strut_diameter.is_some(), region.porosity.is_some()];
-        c.exactly_one(&key, &["strut_diameter", "porosity"], &given);
-        let struts = match region.strut_diameter {
-            Some(diameter) => Struts::Diameter(diameter.si()),
-            None => Struts::Porosity(region.porosity.unwrap_or(1.0)),
-        };
-        match struts {
-            Struts::Diameter(diameter) => {
-                let key = format!("{key}.strut_diameter");
-                c.positive(&key, diameter);
-                c.require(
-                    diameter < period,
-                    &key,
-                    "leaves no gap: it must be below strut_period",
-                );
-                let gap = (period - diameter) / recipe.spacing.si();
-                if gap < LEAST_ACROSS {
-                    c.warn(
-                        &key,
-                        format!("leaves gaps of {gap:.1} spacings: pores are not resolved"),
-                    );
-                }
-            }
-            Struts::Porosity(porosity) => {
-                c.within(&format!("{key}.porosity"), porosity, 0.3..=1.0);
-            }
-        }
-        regions.push(Region {
-            name: region.name.clone(),
-            place,
-            period,
-            struts,
-        });
-    }
-    let cannulas = recipe
-        .inlet
-        .iter()
-        .filter_map(|inlet| Some((inlet, inlet.cannula.as_ref()?)));
-    let channels = cannulas.map(|(inlet, cannula)| {
-        let (base, axis, length) = tube(recipe, inlet, cannula);
-        // As wide as the opening: the tube sits tight in the bone.
-        Channel {
-            base,
-            axis,
-            length: length + cannula.clearance.si(),
-            radius: 0.5 * inlet.diameter.si(),
-        }
-    });
-    c.require(
-        !bone.region.is_empty(),
-        "bone.region",
-        "at least one is needed",
-    );
-    c.require(
-        bone.cortex.si() >= 0.0,
-        "bone.cortex",
-        "must not be below zero",
-    );
-    Some(Bone {
-        file: MeshFile {
-            path: folder.join(&bone.mesh),
-            unit: bone.unit,
-            up: bone.up,
-            at: Vec3::zeros(),
-        },
-        frame: bone.frame,
-        settings: BoneSettings {
-            shell_thickness: bone.cortex.si(),
-            regions,
-            seed: recipe.seed.into(),
-            ..BoneSettings::default()
-        },
-        channels: channels.collect(),
-    })
-}
-
-fn region_place(
-    c: &mut Checker<'_>,
-    key: &str,
-    bounds: Option<&BoxRecipe>,
-    ellipsoid: Option<&EllipsoidRecipe>,
-) -> Place {
-    match (bounds, ellipsoid) {
-        (None, None) => Place::Everywhere,
-        (Some(bounds), None) => Place::Box(c.bounds(&format!("{key}.box"), bounds)),
-        (None, Some(ellipsoid)) => {
-            let radii = point(ellipsoid.radii);
-            c.positive(&format!("{key}.ellipsoid.radii"), radii.min());
-            Place::Ellipsoid {
-                centre: point(ellipsoid.centre),
-                semi_axes: radii,
-            }
-        }
-        (Some(_), Some(_)) => {
-            c.error(key, "has both box and ellipsoid: give one");
-            Place::Everywhere
-        }
-    }
 }
 
 pub(super) fn inlets(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec<Inlet> {

@@ -1,0 +1,145 @@
+//! The bone of a scene: its mesh in its frame, with everything that is read beside it.
+
+use super::{Event, FlowError, Observer};
+use crate::bone::landmarks::{self, Landmarks};
+use crate::bone::{Place, Sources, Struts, Varying, Volume};
+use crate::grid::vdb::{self, VdbGrid};
+use crate::mesh::{self, MeshDistance, Painted, TriMesh};
+use crate::scene::{Bone, BoneFrame, MeshFile, VolumeFile, VolumeMeaning};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+/// A mesh that encloses a volume; what had to be repaired is said.
+pub(super) fn solid_mesh(
+    file: &MeshFile,
+    observer: &mut Observer<'_>,
+) -> Result<TriMesh, FlowError> {
+    let mut mesh = mesh::read_obj(&file.path, file.unit, file.up)?;
+    for position in &mut mesh.positions {
+        *position += file.at;
+    }
+    let (mesh, notes) = mesh::repaired(mesh).map_err(|source| FlowError::Open {
+        path: file.path.clone(),
+        source,
+    })?;
+    for note in notes {
+        observer(Event::Note(&file.path, &note.to_string()));
+    }
+    Ok(mesh)
+}
+
+/// The outer surface in the frame of the recipe, where that lies, and what else is known.
+pub(super) fn read(
+    bone: &Bone,
+    observer: &mut Observer<'_>,
+) -> Result<(TriMesh, Option<Landmarks>, Sources), FlowError> {
+    let mut outer = solid_mesh(&bone.file, observer)?;
+    let landmarks = match bone.frame {
+        BoneFrame::AsIs => None,
+        BoneFrame::Anatomical => {
+            let found = landmarks::find(&outer);
+            Some(found.map_err(|source| FlowError::NoFrame {
+                path: bone.file.path.clone(),
+                source,
+            })?)
+        }
+    };
+    let to_frame = landmarks.map_or(Isometry3::identity(), |l| l.to_frame());
+    outer = outer.transformed(&to_frame);
+    let sources = Sources {
+        surface: surface(bone, &to_frame)?,
+        volume: match &bone.volume {
+            Some(file) => Some(volume(file, &to_frame, &outer, observer)?),
+            None => None,
+        },
+    };
+    Ok((outer, landmarks, sources))
+}
+
+/// Paint and parts of the mesh, if a region asks for them.
+fn surface(
+    bone: &Bone,
+    to_frame: &Isometry3<f64>,
+) -> Result<Option<(Painted, MeshDistance)>, FlowError> {
+    let file = &bone.file;
+    let painted = |struts: &Struts| matches!(struts, Struts::Varying(Varying::Painted { .. }));
+    let regions = &bone.settings.regions;
+    let wants_paint = regions.iter().any(|region| painted(&region.struts));
+    let wants_parts = regions
+        .iter()
+        .any(|region| matches!(region.place, Place::Part(_)));
+    if !wants_paint && !wants_parts {
+        return Ok(None);
+    }
+    let text = std::fs::read(&file.path).map_err(FlowError::io(&file.path))?;
+    let mut painted = Painted::parse(&text, file.unit, file.up);
+    let refuse = |problem: String| FlowError::Unfit {
+        path: file.path.clone(),
+        problem,
+    };
+    if wants_paint && !painted.coloured {
+        return Err(refuse(
+            "has no vertex colours (`v x y z r g b`), and a region is `painted`".to_owned(),
+        ));
+    }
+    let mut number = vec![u32::MAX; painted.names.len()];
+    for (n, name) in bone.parts.iter().enumerate() {
+        let Some(at) = painted.part_named(name) else {
+            let known = painted.names.join(", ");
+            return Err(refuse(format!(
+                "has no group or material \"{name}\" (there are: {known})"
+            )));
+        };
+        number[at as usize] = n as u32;
+    }
+    for part in &mut painted.part {
+        *part = number[*part as usize];
+    }
+    painted.mesh = painted.mesh.transformed(to_frame);
+    let distance = MeshDistance::new(&painted.mesh);
+    Ok(Some((painted, distance)))
+}
+
+fn volume(
+    file: &VolumeFile,
+    to_frame: &Isometry3<f64>,
+    bone: &TriMesh,
+    observer: &mut Observer<'_>,
+) -> Result<Volume, FlowError> {
+    let read = vdb::read_vdb(&file.path)?;
+    let names: Vec<&str> = read.grids.iter().map(|grid| grid.name.as_str()).collect();
+    let at = match &file.grid {
+        Some(name) => names.iter().position(|given| given == name),
+        None => Some(0),
+    };
+    let Some(at) = at else {
+        return Err(FlowError::Unfit {
+            path: file.path.clone(),
+            problem: format!(
+                "has no grid \"{}\" (there are: {})",
+                file.grid.as_deref().unwrap_or(""),
+                names.join(", ")
+            ),
+        });
+    };
+    let grid: VdbGrid = read.grids.into_iter().nth(at).expect("found above");
+    // The file's axes turned to z up, then to the frame.
+    let turn = file.up.inward_turn();
+    let from_file =
+        to_frame * Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from(turn));
+    let volume = Volume {
+        metres: file.unit.metres(),
+        back: from_file.inverse(),
+        of_bone: file.holds == VolumeMeaning::BoneFraction,
+        grid,
+    };
+    let share = volume.covers(bone);
+    if share < 0.9 {
+        let note = format!(
+            "covers {:.0} % of the bone's mesh: outside it the greatest porosity is taken; \
+             are unit, up axis and position those of the mesh?",
+            share * 100.0
+        );
+        observer(Event::Note(&file.path, &note));
+    }
+    Ok(volume)
+}
