@@ -8,6 +8,7 @@ use crate::preview::{
     Camera, Colour, Colours, Cut, Legend, Material, MeshLayer, Scene, colour, render,
 };
 use crate::scene::{BoneLook, View};
+use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
 use image::codecs::png::PngEncoder;
 use image::{ImageEncoder, RgbImage};
@@ -30,7 +31,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
         .map(|view| camera(job, &props, view))
         .collect();
     each_frame(job, |frame| {
-        let cement = Cement::new(frame, job);
+        let cement = Cement::new(frame, &props, job);
         for (view, camera) in job.scene.preview.views.iter().zip(&cameras) {
             let picture = draw(job, &props, &cement, view, *camera);
             let path = job.folder.picture(&view.name, frame.index);
@@ -43,6 +44,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
 
 /// What stands around the cement.
 struct Props {
+    solid: Solid,
     bone: Shown,
     /// The part of the bone whose inside is not drawn.
     rest: Shown,
@@ -67,6 +69,7 @@ impl Props {
         };
         let bone = Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?;
         Ok(Self {
+            solid: cache::read_solid(&folder.solid())?,
             rest: bone.outside(&job.scene.sim.domain),
             bone,
             inside: Shown::read(&folder.inside_mesh(), look(&[BoneLook::Cut]))?,
@@ -119,8 +122,8 @@ struct Cement {
 }
 
 impl Cement {
-    fn new(frame: &Frame, job: &Job) -> Self {
-        let surface = reconstruct(frame, &job.scene.surface);
+    fn new(frame: &Frame, props: &Props, job: &Job) -> Self {
+        let surface = reconstruct(frame, Some(&props.solid), &job.scene.surface);
         let alpha = &surface.polymer_fraction;
         let colours = alpha.iter().map(|&a| colour::polymer(a.into())).collect();
         let sum: Real = frame.polymer_fraction.iter().map(|&a| Real::from(a)).sum();

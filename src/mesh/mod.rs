@@ -1,6 +1,7 @@
 //! Triangle meshes: OBJ in and out, inspection, signed distance, inside by columns, surface of a distance field.
 
 mod columns;
+mod decimal;
 mod distance;
 mod extract;
 mod inspect;
@@ -11,7 +12,8 @@ mod tube;
 mod weld;
 
 pub use columns::{Lattice, inside_columns};
-pub(crate) use distance::square_to_box;
+pub(crate) use decimal::{put_digits, put_number};
+pub(crate) use distance::{closest_on_triangle, square_to_box};
 pub use distance::{MeshDistance, Nearby};
 pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
