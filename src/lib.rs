@@ -11,6 +11,7 @@
 //! | 1 | [`units`] | `"8 Pa.s"` → SI |
 //! | 1 | [`mesh`] | triangle meshes, OBJ, inspection, signed distance |
 //! | 1 | [`grid`] | sparse fields in bricks |
+//! | 1 | [`ink`] | lines and letters on pictures |
 //! | 1 | [`sph`] | kernel, neighbour rows, wall particles, pair operators, pressure and linear solvers |
 //! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it |
 //! | 2 | [`fluid`] | phases, mixture, transfer, bonding network, conformation tensor, stress |
@@ -20,6 +21,7 @@
 //! | 5 | [`surface`] | colour field, marching cubes |
 //! | 5 | [`export`] | OpenVDB files |
 //! | 5 | [`preview`] | camera, rasteriser, shading |
+//! | 5 | [`report`] | tables, plots, runs that are kept |
 //! | 6 | [`scene`] | what a recipe says, then what it means |
 //! | 7 | [`flow`] | stages: files in, files out |
 //! | 8 | [`cli`] | arguments, progress, exit codes |
@@ -53,6 +55,7 @@
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
 //! | [Baerentzen05] | J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11 (2005) |
+//! | [Anderson78] | B. Anderson, "Second-order convergent algorithms for the steady-state Riccati equation", Int. J. Control 28 (1978) |
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
@@ -66,9 +69,11 @@ pub mod export;
 pub mod flow;
 pub mod fluid;
 pub mod grid;
+pub mod ink;
 pub mod math;
 pub mod mesh;
 pub mod preview;
+pub mod report;
 pub mod scene;
 pub mod sim;
 pub mod solid;

@@ -7,7 +7,6 @@ mod camera;
 pub mod colour;
 mod compare;
 mod exposure;
-mod font;
 mod geometry;
 mod layers;
 mod occlusion;
@@ -17,7 +16,6 @@ mod raster;
 mod settings;
 mod shade;
 mod shadow;
-mod text;
 
 pub use camera::Camera;
 pub use colour::Colour;

@@ -1,11 +1,7 @@
 //! What is written over a picture: a label, a key to the colours, a bar that shows the size.
 
-use super::{
-    Background, Colour, Scene,
-    camera::View,
-    colour::to_srgb,
-    text::{Pen, blend},
-};
+use super::{Background, Colour, Scene, camera::View, colour::to_srgb};
+use crate::ink::{Pen, blend};
 use crate::math::Real;
 use image::RgbImage;
 

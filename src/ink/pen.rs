@@ -1,4 +1,4 @@
-//! Writes text: pen strokes with smooth edges, and a halo that keeps them readable on anything.
+//! Writes text and draws lines: strokes with smooth edges, and a halo that keeps letters readable on anything.
 
 use super::font::{BASELINE, CAPITAL, strokes};
 use crate::math::Real;
@@ -6,7 +6,7 @@ use image::RgbImage;
 
 /// Lettering of one size and colour.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pen {
+pub struct Pen {
     /// Height of a capital [pixels].
     pub size: Real,
     /// sRGB of the strokes.
@@ -49,6 +49,15 @@ impl Pen {
             blend(image, column, row, self.halo, halo);
             blend(image, column, row, self.ink, (0.5 - beyond).clamp(0.0, 1.0));
         }
+    }
+}
+
+/// Draws lines [pixels] of a given width with round ends; a line of one point twice is a dot.
+pub fn draw_lines(image: &mut RgbImage, lines: &[Vec<[Real; 2]>], width: Real, colour: [u8; 3]) {
+    let field = Field::around(lines, 0.5 * width + 1.0, image);
+    for (column, row, distance) in field.pixels() {
+        let opacity = (0.5 * width + 0.5 - distance).clamp(0.0, 1.0);
+        blend(image, column, row, colour, opacity);
     }
 }
 
@@ -119,7 +128,7 @@ fn window<'a>(
 }
 
 /// Mixes sRGB `colour` into a pixel.
-pub(super) fn blend(image: &mut RgbImage, column: u32, row: u32, colour: [u8; 3], opacity: Real) {
+pub fn blend(image: &mut RgbImage, column: u32, row: u32, colour: [u8; 3], opacity: Real) {
     let pixel = image.get_pixel_mut(column, row);
     for k in 0..3 {
         let (old, new) = (Real::from(pixel[k]), Real::from(colour[k]));
