@@ -133,6 +133,29 @@ impl PointBricks {
             .collect()
     }
 
+    /// The least of the `values` of the sorted points in each brick that holds any.
+    pub fn brick_least(&self, values: &[f32]) -> Vec<f32> {
+        let runs = self.start.windows(2).map(|run| &values[run[0]..run[1]]);
+        runs.map(|run| run.iter().copied().fold(f32::INFINITY, f32::min))
+            .collect()
+    }
+
+    /// Whether a brick and the 26 around it all hold points, and `least` is at least `limit` in all of them; never if the
+    /// kernel reaches beyond them.
+    pub fn all_around(&self, key: [i32; 3], least: &[f32], limit: f32) -> bool {
+        if self.reach > f64::from(BRICK) {
+            return false;
+        }
+        (0..9).all(|row| {
+            let first = [key[0] + row / 3 - 1, key[1] + row % 3 - 1, key[2] - 1];
+            let place = self.bricks.partition_point(|b| *b < first);
+            (0..3).all(|z| {
+                let there = self.bricks.get(place + z) == Some(&[first[0], first[1], first[2] + z as i32]);
+                there && least[place + z] >= limit
+            })
+        })
+    }
+
     /// Σ_k w of each sorted point, itself included: how many neighbours it counts for.
     pub fn crowding(&self) -> Vec<f32> {
         self.map_points(|near, at, _| near.crowding(at)[0])
@@ -183,7 +206,10 @@ impl NearPoints {
             near: self,
             weights,
         });
-        rows.map(|rows| Box::new(std::array::from_fn(|node| rows[node / 8][node % 8])))
+        rows.map(|rows| {
+            let all = rows.as_flattened().first_chunk();
+            Box::new(*all.expect("64 rows of 8"))
+        })
     }
 
     /// Σ_j weight_j w, its gradient, and the same sum for each channel, at a place; all picked from these points.

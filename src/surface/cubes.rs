@@ -22,16 +22,6 @@ pub enum Brick {
     Nodes(Box<[f32; 512]>),
 }
 
-impl Brick {
-    #[inline]
-    fn at(&self, node: usize) -> f32 {
-        match self {
-            Self::Uniform(value) => *value,
-            Self::Nodes(values) => values[node],
-        }
-    }
-}
-
 /// A lattice edge with one end inside.
 #[derive(Clone, Copy, Debug)]
 pub struct Cut {
@@ -191,12 +181,19 @@ impl Cubes<'_> {
         };
         for (corner, from) in around.iter().enumerate() {
             let span = |bit: usize| if corner >> bit & 1 == 1 { 8..9 } else { 0..8 };
+            let (start, count) = if corner & 1 == 1 { (8, 1) } else { (0, 8) };
             for x in span(2) {
                 for y in span(1) {
-                    for z in span(0) {
-                        let value = from.at((x & 7) << 6 | (y & 7) << 3 | z & 7);
-                        padded.values[padded_place([x, y, z])] = value;
-                        padded.inside[x][y] |= u16::from(value > 0.0) << z;
+                    let to = &mut padded.values[padded_place([x, y, start])..][..count];
+                    match from {
+                        Brick::Uniform(value) => to.fill(*value),
+                        Brick::Nodes(values) => {
+                            let row = (x & 7) << 6 | (y & 7) << 3;
+                            to.copy_from_slice(&values[row..row + count]);
+                        }
+                    }
+                    for (z, value) in to.iter().enumerate() {
+                        padded.inside[x][y] |= u16::from(*value > 0.0) << (start + z);
                     }
                 }
             }

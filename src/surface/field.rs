@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! φ(x) = Σ_j V_j W(x − x_j),   V_j = 1 / Σ_k W(x_j − x_k)
-//! f(x) = min(φ(x) − threshold, s d(x))
+//! f(x) = min(φ(x) − threshold, s (d(x) + overlap))
 //! ```
 //!
 //! φ is about 1 inside and falls to 0 outside. V_j is the volume that particle j stands for among its neighbours; with
@@ -19,6 +19,11 @@ use rayon::prelude::*;
 
 /// Slope of f across the face of a solid [1/spacing]: that of φ across a free surface, so that they meet evenly.
 const CONTACT_SLOPE: Real = 0.5;
+/// Neighbours of a particle without a surface within reach, less one that may be missing beside it: 13.5 on a lattice at a
+/// support of four particle radii. Where all have them, φ is above [`FULL`] for sure, and not computed.
+const SURROUNDED: f32 = 12.25;
+/// φ in the middle of such a gap.
+const FULL: f32 = 0.67;
 /// How steep φ is taken to be at most [1/spacing].
 const STEEPEST: Real = 1.0;
 
@@ -60,15 +65,26 @@ impl Field {
             bricks: Vec::new(),
             outside: -settings.threshold as f32,
         };
+        let least = field.points.brick_least(&field.neighbours);
+        let limit = (settings.smoothing == 2.0 && settings.threshold as f32 <= FULL - 0.05)
+            .then_some(SURROUNDED);
         let wall = solid.map(|solid| Wall {
             solid,
             slope: CONTACT_SLOPE / frame.spacing,
+            overlap: settings.wall_overlap * frame.spacing,
             cube,
         });
         field.bricks = field
             .keys
             .par_iter()
-            .map(|&key| field.brick(key, wall.as_ref(), settings))
+            .map(|&key| {
+                let wall = wall.as_ref().filter(|wall| wall.is_near(key));
+                let full = |limit| field.points.all_around(key, &least, limit);
+                if wall.is_none() && limit.is_some_and(full) {
+                    return Brick::Uniform(1.0 + field.outside);
+                }
+                field.brick(key, wall, settings)
+            })
             .collect();
         field
     }
@@ -101,22 +117,28 @@ struct Wall<'a> {
     solid: &'a Solid,
     /// [1/m]
     slope: Real,
+    /// How far into the solid the wall is taken to lie [m].
+    overlap: Real,
     cube: Real,
 }
 
 impl Wall<'_> {
+    /// Whether anything solid may cut the cubes of a brick.
+    fn is_near(&self, key: [i32; 3]) -> bool {
+        let half = 0.5 * Real::from(BRICK) * self.cube;
+        let middle = Vec3::from(key.map(|k| Real::from(k * BRICK))) * self.cube;
+        let farthest = libm::sqrt(3.0) * half * self.slope + 1.0;
+        self.solid.phi(&middle.add_scalar(half)) * self.slope <= farthest
+    }
+
     fn cut(&self, key: [i32; 3], values: &mut [f32; 512]) {
         let first = Vec3::from(key.map(|k| Real::from(k * BRICK))) * self.cube;
-        let half = 0.5 * Real::from(BRICK) * self.cube;
-        let farthest = libm::sqrt(3.0) * half;
-        if self.solid.phi(&first.add_scalar(half)) * self.slope > farthest * self.slope + 1.0 {
-            return;
-        }
         for (node, value) in values.iter_mut().enumerate() {
             // What lies well outside the cement does so on the other side of a wall as well.
             if *value > -0.5 {
                 let place = [node >> 6, node >> 3 & 7, node & 7].map(|n| n as Real);
-                let distance = self.solid.phi(&(first + Vec3::from(place) * self.cube));
+                let x = first + Vec3::from(place) * self.cube;
+                let distance = self.solid.phi(&x) + self.overlap;
                 *value = value.min((distance * self.slope) as f32);
             }
         }

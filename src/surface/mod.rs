@@ -21,6 +21,9 @@ use field::Field;
 use pieces::{Pieces, keep, leave_out};
 use rayon::prelude::*;
 
+/// How far a vertex is moved at most for the sake of volume, twice [spacings].
+const FARTHEST: Real = 0.125;
+
 /// A closed, oriented, manifold surface; everything else is per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
@@ -69,21 +72,28 @@ pub fn reconstruct(frame: &Frame, solid: Option<&Solid>, settings: &SurfaceSetti
         .collect();
 
     let mut left_out = LeftOut::default();
-    if settings.rounds > 0 || settings.smallest_piece > 0.0 {
-        let mut pieces = Pieces::new(&mesh);
-        if settings.smallest_piece > 0.0 {
-            let smallest = settings.smallest_piece * frame.rest_volume;
-            let kept;
-            (kept, left_out) = leave_out(&mut mesh, &pieces, smallest);
-            keep(&mut carried, &kept);
-            pieces = Pieces::new(&mesh);
-        }
-        if settings.rounds > 0 {
-            let weight = weights(&mesh, &carried, solid, frame.spacing);
-            smooth::smooth(&mut mesh, &weight, settings.rounds, &pieces);
-        }
+    if settings.smallest_piece > 0.0 {
+        let smallest = settings.smallest_piece * frame.rest_volume;
+        let pieces = Pieces::new(&mesh);
+        let kept;
+        (kept, left_out) = leave_out(&mut mesh, &pieces, smallest);
+        keep(&mut carried, &kept);
     }
-    let normal = if solid.is_some() || settings.rounds > 0 {
+    let farthest = FARTHEST * frame.spacing;
+    let free = free_of(&mesh, solid, frame.spacing);
+    if settings.rounds > 0 {
+        let weight: Vec<f32> = (free.iter().zip(&carried))
+            .map(|(free, carried)| free * smooth::weight(carried.neighbours))
+            .collect();
+        let pieces = Pieces::new(&mesh);
+        smooth::smooth(&mut mesh, &weight, settings.rounds, &pieces, farthest);
+    }
+    if settings.keep_volume {
+        let volume = field.points.order.len() as Real * frame.rest_volume - left_out.volume;
+        let whole = Pieces::whole(&mesh);
+        smooth::restore(&mut mesh, &free, &whole, &[volume], farthest);
+    }
+    let normal = if solid.is_some() || settings.rounds > 0 || settings.keep_volume {
         mesh.vertex_normals()
     } else {
         carried.iter().map(|c| c.normal).collect()
@@ -133,14 +143,12 @@ fn triangulate(field: &mut Field) -> (TriMesh, Vec<Vec<Cut>>) {
     )
 }
 
-/// How much each vertex is smoothed: by the particles around it; not at all where it touches a wall.
-fn weights(mesh: &TriMesh, carried: &[Carried], solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
+/// How freely each vertex may move [1]: not at all where it touches a wall.
+fn free_of(mesh: &TriMesh, solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
     // Free within a spacing, so that the rim of a contact does not show as a step.
     let free = |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
-    (0..carried.len())
-        .into_par_iter()
-        .map(|v| smooth::weight(carried[v].neighbours) * free(&mesh.positions[v]) as f32)
-        .collect()
+    let positions = mesh.positions.par_iter();
+    positions.map(|x| free(x) as f32).collect()
 }
 
 #[cfg(test)]

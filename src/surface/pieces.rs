@@ -35,6 +35,14 @@ impl Pieces {
         Self { of, count }
     }
 
+    /// Everything as one.
+    pub fn whole(mesh: &TriMesh) -> Self {
+        Self {
+            of: vec![0; mesh.positions.len()],
+            count: 1,
+        }
+    }
+
     /// Volume that each piece encloses, below 0 for bubbles [m³].
     pub fn volumes(&self, mesh: &TriMesh) -> Vec<Real> {
         // Measured from each piece's first vertex: far from the origin, no digits are lost.

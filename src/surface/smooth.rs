@@ -22,11 +22,15 @@ pub(super) fn weight(neighbours: f32) -> f32 {
     x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 }
 
-/// Smooths `mesh` in `rounds`; `weight` [1] is one a vertex.
-pub(super) fn smooth(mesh: &mut TriMesh, weight: &[f32], rounds: u32, pieces: &Pieces) {
-    if rounds == 0 {
-        return;
-    }
+/// Smooths `mesh` in `rounds`; `weight` [1] is one a vertex. To give a piece back what it lost, no vertex moves farther
+/// than `farthest` [m].
+pub(super) fn smooth(
+    mesh: &mut TriMesh,
+    weight: &[f32],
+    rounds: u32,
+    pieces: &Pieces,
+    farthest: Real,
+) {
     let around = Neighbours::new(mesh);
     let before = pieces.volumes(mesh);
     for _ in 0..rounds {
@@ -41,34 +45,42 @@ pub(super) fn smooth(mesh: &mut TriMesh, weight: &[f32], rounds: u32, pieces: &P
             })
             .collect();
     }
-    for _ in 0..RESTORES {
-        restore(mesh, weight, pieces, &before);
-    }
+    restore(mesh, weight, pieces, &before, farthest);
 }
 
-/// Moves what was smoothed along its normals: each piece grows by what it lost.
-fn restore(mesh: &mut TriMesh, weight: &[f32], pieces: &Pieces, volume: &[Real]) {
-    // A third of the area of the triangles around a vertex, along their mean normal.
-    let mut area = vec![Vec3::zeros(); mesh.positions.len()];
-    for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(t);
-        let normal = (b - a).cross(&(c - a)) / 6.0;
-        for v in mesh.triangles[t] {
-            area[v as usize] += normal;
+/// Moves vertices along their normals, by their `weight` [1] and no farther than `farthest` [m] twice, until each piece encloses
+/// its `volume` [m³].
+pub(super) fn restore(
+    mesh: &mut TriMesh,
+    weight: &[f32],
+    pieces: &Pieces,
+    volume: &[Real],
+    farthest: Real,
+) {
+    for _ in 0..RESTORES {
+        // A third of the area of the triangles around a vertex, along their mean normal.
+        let mut area = vec![Vec3::zeros(); mesh.positions.len()];
+        for t in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.corners(t);
+            let normal = (b - a).cross(&(c - a)) / 6.0;
+            for v in mesh.triangles[t] {
+                area[v as usize] += normal;
+            }
         }
-    }
-    let mut free = vec![0.0; volume.len()];
-    for v in 0..area.len() {
-        free[pieces.of[v] as usize] += area[v].norm() * Real::from(weight[v]);
-    }
-    let now = pieces.volumes(mesh);
-    for v in 0..area.len() {
-        let piece = pieces.of[v] as usize;
-        if let Some(normal) = area[v].try_normalize(0.0)
-            && free[piece] > 0.0
-        {
+        let mut free = vec![0.0; volume.len()];
+        for v in 0..area.len() {
+            free[pieces.of[v] as usize] += area[v].norm() * Real::from(weight[v]);
+        }
+        let now = pieces.volumes(mesh);
+        for v in 0..area.len() {
+            let piece = pieces.of[v] as usize;
             let missing = (volume[piece] - now[piece]) / free[piece];
-            mesh.positions[v] += normal * (missing * Real::from(weight[v]));
+            if let Some(normal) = area[v].try_normalize(0.0)
+                && missing.is_finite()
+            {
+                let step = missing.clamp(-farthest, farthest);
+                mesh.positions[v] += normal * (step * Real::from(weight[v]));
+            }
         }
     }
 }

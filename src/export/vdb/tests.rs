@@ -252,7 +252,7 @@ fn a_level_set_keeps_its_sides() {
             for i in 0..512_i32 {
                 let [x, y, z] = leaf.first;
                 let at = OpenVDB_rs::Coord::new(x + (i >> 6), y + (i >> 3 & 7), z + (i & 7));
-                assert_eq!(read.tree().get_value(at), leaf.values[i as usize]);
+                assert_eq!(read.tree().get_value(&at), leaf.values[i as usize]);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Surfaces of lattices and clouds against closed answers.
 
+mod finished;
+
 use super::cubes::Brick;
 use super::*;
 use crate::grid::kernel;
@@ -43,6 +45,7 @@ fn with_cube(cube: f64) -> SurfaceSettings {
     SurfaceSettings {
         cube,
         rounds: 0,
+        keep_volume: false,
         ..SurfaceSettings::default()
     }
 }
@@ -111,7 +114,7 @@ fn random_clouds_give_closed_manifold_oriented_surfaces() {
             cube: [0.25, 0.5, 0.8, 1.0][cloud % 4],
             threshold: random.between(0.05, 0.95),
             rounds: cloud as u32 % 3,
-            smallest_piece: 0.0,
+            ..SurfaceSettings::default()
         };
         let surface = reconstruct(&frame_of(&points), None, &settings);
         assert_closed_manifold_oriented(&surface.mesh);
