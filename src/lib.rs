@@ -13,10 +13,10 @@
 //! | 1 | [`grid`] | sparse fields in bricks |
 //! | 1 | [`ink`] | lines and letters on pictures |
 //! | 1 | [`sph`] | kernel, neighbour rows, wall particles, pair operators, pressure and linear solvers |
-//! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it |
+//! | 2 | [`solid`] | what is solid: signed distance of shapes and grids, wall particles from it; fan and syringe |
 //! | 2 | [`fluid`] | phases, mixture, transfer, bonding network, conformation tensor, stress |
 //! | 3 | [`bone`] | a bone's mesh → cortical shell, trabeculae, porosity |
-//! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, health, ledger |
+//! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, moving walls, health, ledger |
 //! | 4 | [`cache`] | boundary files, frames, tables on disk |
 //! | 5 | [`surface`] | colour field, marching cubes |
 //! | 5 | [`export`] | OpenVDB files |
@@ -24,7 +24,8 @@
 //! | 5 | [`report`] | tables, plots, runs that are kept |
 //! | 6 | [`scene`] | what a recipe says, then what it means |
 //! | 7 | [`flow`] | stages: files in, files out |
-//! | 8 | [`cli`] | arguments, progress, exit codes |
+//! | 8 | [`study`] | verification and studies: one question, one table, one picture |
+//! | 9 | [`cli`] | arguments, progress, exit codes |
 //!
 //! # Where we leave the paper, and what shows it
 //!
@@ -51,6 +52,7 @@
 //! | [Giesekus82] | H. Giesekus, "A simple constitutive equation for polymer fluids…", J. Non-Newtonian Fluid Mech. 11 (1982) |
 //! | [DFSPH] | J. Bender, D. Koschier, "Divergence-free SPH for incompressible and viscous fluids", IEEE TVCG 23 (2017) |
 //! | [Morris97] | J. Morris, P. Fox, Y. Zhu, "Modeling low Reynolds number incompressible flows using SPH", J. Comput. Phys. 136 (1997) |
+//! | [Waters70] | N. Waters, M. King, "Unsteady flow of an elastico-viscous liquid", Rheologica Acta 9 (1970) |
 //! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
@@ -78,5 +80,6 @@ pub mod scene;
 pub mod sim;
 pub mod solid;
 pub mod sph;
+pub mod study;
 pub mod surface;
 pub mod units;

@@ -1,8 +1,9 @@
 //! What can be typed.
 
 use crate::flow::FrameRange;
+use crate::study::Level;
 use crate::units::Length;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Simulates bone cement: how it mixes, and how it flows from a needle into porous bone.
@@ -15,7 +16,7 @@ pub(super) struct Arguments {
     pub common: Common,
 }
 
-/// Each verb is one call into `scene` or `flow`.
+/// Each verb is one call into `scene`, `flow` or `study`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
     /// Says what a recipe means and what is doubtful about it; runs nothing.
@@ -38,6 +39,51 @@ pub(super) enum Verb {
     /// Makes a mesh from formulas.
     #[command(subcommand)]
     Make(Shape),
+    /// Holds the program against exact solutions: a table, and a plot a case.
+    Verify {
+        /// Cases, all if none is named; --list names them.
+        cases: Vec<String>,
+        #[command(flatten)]
+        work: StudyArguments,
+    },
+    /// Answers a question about the method with a table and a picture; goes on where it was stopped.
+    Study {
+        /// Which; --list names them.
+        #[arg(required_unless_present = "list")]
+        name: Option<String>,
+        #[command(flatten)]
+        work: StudyArguments,
+    },
+}
+
+/// How thorough to be, and where the results go.
+#[derive(Debug, Args)]
+pub(super) struct StudyArguments {
+    /// Quick takes minutes, full an hour or more.
+    #[arg(long, value_enum, default_value_t = LevelArgument::Quick)]
+    pub level: LevelArgument,
+    /// Folder of the results and of the runs behind them [default: out/verify, out/study-NAME].
+    #[arg(short, long)]
+    pub out: Option<PathBuf>,
+    /// Says what there is, and runs nothing.
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// How thorough a study is.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum LevelArgument {
+    Quick,
+    Full,
+}
+
+impl From<LevelArgument> for Level {
+    fn from(level: LevelArgument) -> Self {
+        match level {
+            LevelArgument::Quick => Self::Quick,
+            LevelArgument::Full => Self::Full,
+        }
+    }
 }
 
 /// What can be made.
@@ -45,6 +91,56 @@ pub(super) enum Verb {
 pub(super) enum Shape {
     /// A lumbar vertebra: closed, in millimetres, z up, origin in the centre of the body.
     Vertebra(VertebraArguments),
+    /// A mixing fan: closed, in millimetres, turning about z, lowest edge at z = 0.
+    Fan(FanArguments),
+    /// The barrel of a syringe: closed, in millimetres, nozzle down, ending at z = 0.
+    Syringe(SyringeArguments),
+}
+
+/// Size of a fan.
+#[derive(Debug, Args)]
+pub(super) struct FanArguments {
+    /// The OBJ file to write.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// From blade tip to blade tip, such as "30 mm".
+    #[arg(long, value_parser = |text: &str| between(text, "5 mm", "500 mm"))]
+    pub diameter: Option<Length>,
+    /// Height of the blades.
+    #[arg(long, value_parser = |text: &str| between(text, "1 mm", "200 mm"))]
+    pub height: Option<Length>,
+    /// Width of the hub.
+    #[arg(long, value_parser = |text: &str| between(text, "1 mm", "200 mm"))]
+    pub hub: Option<Length>,
+    /// Thickness of a blade.
+    #[arg(long, value_parser = |text: &str| between(text, "0.5 mm", "50 mm"))]
+    pub thickness: Option<Length>,
+    /// How many blades.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=12))]
+    pub blades: Option<u32>,
+    /// Edge of the lattice that the surface is drawn on.
+    #[arg(long, value_parser = |text: &str| between(text, "0.2 mm", "5 mm"))]
+    pub resolution: Option<Length>,
+}
+
+/// Size of a syringe.
+#[derive(Debug, Args)]
+pub(super) struct SyringeArguments {
+    /// The OBJ file to write.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Inner width of the barrel, such as "10 mm".
+    #[arg(long, value_parser = |text: &str| between(text, "2 mm", "100 mm"))]
+    pub barrel: Option<Length>,
+    /// Length of the barrel.
+    #[arg(long, value_parser = |text: &str| between(text, "2 mm", "300 mm"))]
+    pub length: Option<Length>,
+    /// Inner width of the nozzle.
+    #[arg(long, value_parser = |text: &str| between(text, "0.5 mm", "50 mm"))]
+    pub nozzle: Option<Length>,
+    /// Thickness of the wall.
+    #[arg(long, value_parser = |text: &str| between(text, "0.2 mm", "20 mm"))]
+    pub thickness: Option<Length>,
 }
 
 /// Size of a vertebra.
@@ -67,7 +163,7 @@ pub(super) struct VertebraArguments {
     pub resolution: Option<Length>,
 }
 
-/// A length in a range that gives a bone, and not a dust grain or a mountain.
+/// A length in a range that gives something to hold, and not a dust grain or a mountain.
 fn between(text: &str, least: &str, most: &str) -> Result<Length, String> {
     let parse = |text: &str| text.parse::<Length>().map_err(|e| e.to_string());
     let length = parse(text)?;

@@ -1,18 +1,18 @@
 //! Arguments, progress, exit codes: the only room that prints.
 
 mod args;
+mod make;
 mod progress;
 mod report;
+mod study;
 
-use crate::bone::vertebra::{self, VertebraSettings};
-use crate::cache;
 use crate::flow::{Event, FlowError, Job, Stage};
 use crate::scene;
 use crate::sim::SimError;
-use crate::units::Length;
-use args::{Arguments, Common, Shape, Verb, VertebraArguments, WorkArguments};
+use crate::study::StudyError;
+use args::{Arguments, Common, Verb, WorkArguments};
 use clap::Parser;
-use progress::Progress;
+use progress::{Progress, put};
 use std::error::Error;
 use std::fs;
 use std::io::{self, Write};
@@ -31,7 +31,16 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<(), FlowError> {
+/// What can go wrong, by who says so.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    #[error(transparent)]
+    Study(#[from] StudyError),
+}
+
+fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(threads) = arguments.common.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
         pool.build_global().map_err(|e| FlowError::Io {
@@ -43,7 +52,8 @@ fn run(arguments: &Arguments) -> Result<(), FlowError> {
     let mut progress = Progress::new(common.quiet);
     match &arguments.verb {
         Verb::Check { recipe } => {
-            let (recipe, scene) = scene::load(&recipe.recipe, &recipe.overrides)?;
+            let (recipe, scene) =
+                scene::load(&recipe.recipe, &recipe.overrides).map_err(FlowError::from)?;
             for warning in &scene.warnings {
                 progress.show(&Event::Warning(warning));
             }
@@ -62,7 +72,12 @@ fn run(arguments: &Arguments) -> Result<(), FlowError> {
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(work) => stages(work, &[Stage::Preview], common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
-        Verb::Make(Shape::Vertebra(size)) => make_vertebra(size),
+        Verb::Make(shape) => Ok(make::make(shape)?),
+        Verb::Verify { cases, work } => study::verify(cases, work, common.quiet, common.json),
+        Verb::Study { name, work } => {
+            let name = name.as_deref().unwrap_or_default();
+            study::study(name, work, common.quiet, common.json)
+        }
     }
 }
 
@@ -71,7 +86,7 @@ fn stages(
     stages: &[Stage],
     common: &Common,
     progress: &mut Progress,
-) -> Result<(), FlowError> {
+) -> Result<(), Failure> {
     let recipe = &work.recipe.recipe;
     let stem = recipe.file_stem().unwrap_or(recipe.as_os_str());
     let out = work.out.clone();
@@ -89,38 +104,32 @@ fn stages(
     Ok(())
 }
 
-fn make_vertebra(size: &VertebraArguments) -> Result<(), FlowError> {
-    let default = VertebraSettings::default();
-    let or = |given: Option<Length>, default| given.map_or(default, Length::si);
-    let settings = VertebraSettings {
-        body_width: or(size.width, default.body_width),
-        body_depth: or(size.depth, default.body_depth),
-        body_height: or(size.height, default.body_height),
-        resolution: or(size.resolution, default.resolution),
-    };
-    let mut text = Vec::new();
-    vertebra::write(&mut text, &settings).map_err(failed(&size.out))?;
-    Ok(cache::write(&size.out, &text)?)
-}
-
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> FlowError {
     let path = path.to_owned();
     move |source| FlowError::Io { path, source }
 }
 
 /// Data on stdout; a reader that has left, such as `head`, is not an error.
-fn print(text: &str) -> Result<(), FlowError> {
+fn print(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(text.as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(FlowError::Io {
             path: "stdout".into(),
             source: e,
-        }),
+        }
+        .into()),
         _ => Ok(()),
     }
 }
 
-/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged.
-fn code(error: &FlowError) -> u8 {
+/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 worse than it was.
+fn code(error: &Failure) -> u8 {
+    let error = match error {
+        Failure::Flow(error) => error,
+        Failure::Study(StudyError::Unknown { .. }) => return 2,
+        Failure::Study(StudyError::Run { .. }) => return 4,
+        Failure::Study(StudyError::Worse(_)) => return 5,
+        Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_)) => return 1,
+    };
     match error {
         FlowError::NoFrames { .. } => 2,
         FlowError::Scene(_)

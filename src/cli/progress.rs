@@ -62,7 +62,7 @@ impl Progress {
 }
 
 /// A closed stderr is no reason to stop a simulation.
-fn put(text: &str) {
+pub(super) fn put(text: &str) {
     let mut stderr = io::stderr().lock();
     let _ = stderr
         .write_all(text.as_bytes())

@@ -174,6 +174,9 @@ mod tests {
         }
         // 4 π r² times the width of the band.
         let expected = 4.0 * std::f64::consts::PI * (radius * radius + 0.03) * 0.6 / voxel.powi(3);
-        assert!((f64::from(band) / expected - 1.0).abs() < 0.02, "{band} {expected}");
+        assert!(
+            (f64::from(band) / expected - 1.0).abs() < 0.02,
+            "{band} {expected}"
+        );
     }
 }

@@ -29,14 +29,18 @@ impl Column<'_> {
 
     fn describe(&self) -> String {
         let properties = |kind: &str, names: &[String]| -> String {
-            names.iter().map(|name| format!("property {kind} {name}\n")).collect()
+            names
+                .iter()
+                .map(|name| format!("property {kind} {name}\n"))
+                .collect()
         };
         match self {
             Self::Number(name, _) => properties("float", &[(*name).to_owned()]),
             Self::Vector("normal", _) => properties("float", &["nx", "ny", "nz"].map(String::from)),
-            Self::Vector(name, _) => {
-                properties("float", &["x", "y", "z"].map(|axis| format!("{name}_{axis}")))
-            }
+            Self::Vector(name, _) => properties(
+                "float",
+                &["x", "y", "z"].map(|axis| format!("{name}_{axis}")),
+            ),
             Self::Colour(_) => properties("uchar", &["red", "green", "blue"].map(String::from)),
         }
     }
@@ -44,7 +48,9 @@ impl Column<'_> {
     fn put(&self, row: usize, out: &mut Vec<u8>) {
         match self {
             Self::Number(_, rows) => out.extend(rows[row].to_le_bytes()),
-            Self::Vector(_, rows) => out.extend(y_up(rows[row]).map(f32::to_le_bytes).as_flattened()),
+            Self::Vector(_, rows) => {
+                out.extend(y_up(rows[row]).map(f32::to_le_bytes).as_flattened())
+            }
             Self::Colour(rows) => out.extend(rows[row]),
         }
     }

@@ -26,7 +26,10 @@ const PLACE: u32 = 7;
 
 /// `scene.usda`: meshes are `usd/cement.0001.usda`, volumes `vdb/cement.0001.vdb`.
 pub fn scene(take: &Take) -> String {
-    let (first, last) = (take.frames.first().unwrap_or(&0), take.frames.last().unwrap_or(&0));
+    let (first, last) = (
+        take.frames.first().unwrap_or(&0),
+        take.frames.last().unwrap_or(&0),
+    );
     let mut text = format!(
         "#usda 1.0\n(\n    defaultPrim = \"Take\"\n    upAxis = \"Y\"\n    metersPerUnit = 1\n\
          \x20   startTimeCode = {first}\n    endTimeCode = {last}\n    timeCodesPerSecond = {0}\n    framesPerSecond = {0}\n)\n\n\
@@ -60,7 +63,12 @@ pub fn scene(take: &Take) -> String {
 }
 
 fn list(take: &Take, item: impl Fn(usize, u32) -> String) -> String {
-    let items: Vec<String> = take.frames.iter().enumerate().map(|(i, &n)| item(i, n)).collect();
+    let items: Vec<String> = take
+        .frames
+        .iter()
+        .enumerate()
+        .map(|(i, &n)| item(i, n))
+        .collect();
     items.join(", ")
 }
 
@@ -103,7 +111,9 @@ pub fn layer(frame: u32, mesh: &TriMesh, columns: &[Column]) -> Vec<u8> {
         put_rows(t, triangles.iter(), |t, _| t.push(b'3'));
     });
     array("int[] faceVertexIndices", &mut |t| {
-        put_rows(t, triangles.iter().flatten(), |t, v| put_digits(t, (*v).into()));
+        put_rows(t, triangles.iter().flatten(), |t, v| {
+            put_digits(t, (*v).into())
+        });
     });
     if !bounds.is_empty() {
         let corners = [
@@ -111,7 +121,9 @@ pub fn layer(frame: u32, mesh: &TriMesh, columns: &[Column]) -> Vec<u8> {
             Vec3::new(bounds.max.x, bounds.max.z, -bounds.min.y),
         ];
         array("float3[] extent", &mut |t| {
-            put_rows(t, corners.iter(), |t, c| put_tuple(t, [c.x, c.y, c.z], PLACE));
+            put_rows(t, corners.iter(), |t, c| {
+                put_tuple(t, [c.x, c.y, c.z], PLACE)
+            });
         });
     }
     let turned = |[x, y, z]: &[f32; 3]| [(*x).into(), (*z).into(), Real::from(-y)];

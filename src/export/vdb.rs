@@ -218,7 +218,10 @@ fn packed_leaf<T: Voxel>(leaf: &Leaf<T>, background: f32, storage: Storage) -> V
         bytes.push(INACTIVE_IS_EITHER);
         put_words(&mut bytes, &plain);
     }
-    let active: Vec<T> = (0..512).filter(|&i| is_active(i)).map(|i| leaf.values[i]).collect();
+    let active: Vec<T> = (0..512)
+        .filter(|&i| is_active(i))
+        .map(|i| leaf.values[i])
+        .collect();
     put_values(&mut bytes, &active, storage);
     bytes
 }
@@ -229,7 +232,9 @@ fn put_values<T: Voxel>(file: &mut Vec<u8>, active: &[T], storage: Storage) {
     if storage.half {
         // No values are nothing at all, not even the length 0 that full floats have.
         if !active.is_empty() {
-            let bytes: Vec<u8> = numbers.flat_map(|&n| f16::from_f32(n).to_le_bytes()).collect();
+            let bytes: Vec<u8> = numbers
+                .flat_map(|&n| f16::from_f32(n).to_le_bytes())
+                .collect();
             storage.codec.put(file, &bytes, 2);
         }
     } else {
@@ -238,12 +243,7 @@ fn put_values<T: Voxel>(file: &mut Vec<u8>, active: &[T], storage: Storage) {
     }
 }
 
-fn put_metadata<T: Voxel>(
-    file: &mut Vec<u8>,
-    grid: &Grid,
-    leaves: &[&Leaf<T>],
-    storage: Storage,
-) {
+fn put_metadata<T: Voxel>(file: &mut Vec<u8>, grid: &Grid, leaves: &[&Leaf<T>], storage: Storage) {
     let class = match grid.class {
         Class::Fog => "fog volume",
         Class::LevelSet { .. } => "level set",

@@ -14,14 +14,24 @@ pub fn write(out: &mut impl Write, points: &[[f32; 3]], columns: &[Column]) -> i
     let mut data = String::new();
     for column in columns {
         data += &match column {
-            Column::Number(name, rows) => file.add(name, "Float32", 1, rows.iter().flat_map(|n| n.to_le_bytes())),
+            Column::Number(name, rows) => file.add(
+                name,
+                "Float32",
+                1,
+                rows.iter().flat_map(|n| n.to_le_bytes()),
+            ),
             Column::Vector(name, rows) => file.add(name, "Float32", 3, turned(rows)),
             Column::Colour(rows) => file.add("colour", "UInt8", 3, rows.iter().flatten().copied()),
         };
     }
     let place = file.add("position", "Float32", 3, turned(points));
     let number = |n: usize| (n as i64).to_le_bytes();
-    let connectivity = file.add("connectivity", "Int64", 1, (0..points.len()).flat_map(number));
+    let connectivity = file.add(
+        "connectivity",
+        "Int64",
+        1,
+        (0..points.len()).flat_map(number),
+    );
     let offsets = file.add("offsets", "Int64", 1, (1..=points.len()).flat_map(number));
     write!(
         out,
@@ -38,7 +48,9 @@ pub fn write(out: &mut impl Write, points: &[[f32; 3]], columns: &[Column]) -> i
 }
 
 fn turned(rows: &[[f32; 3]]) -> impl Iterator<Item = u8> {
-    rows.iter().flat_map(|row| y_up(*row)).flat_map(f32::to_le_bytes)
+    rows.iter()
+        .flat_map(|row| y_up(*row))
+        .flat_map(f32::to_le_bytes)
 }
 
 /// Arrays behind the text, each after its length in bytes.
@@ -49,7 +61,13 @@ struct Arrays {
 
 impl Arrays {
     /// Appends an array; gives the line that describes it.
-    fn add(&mut self, name: &str, kind: &str, width: usize, bytes: impl Iterator<Item = u8>) -> String {
+    fn add(
+        &mut self,
+        name: &str,
+        kind: &str,
+        width: usize,
+        bytes: impl Iterator<Item = u8>,
+    ) -> String {
         let offset = self.bytes.len();
         self.bytes.extend([0; 8]);
         self.bytes.extend(bytes);
@@ -81,8 +99,17 @@ mod tests {
         let start = file.windows(mark.len()).position(|w| w == mark).unwrap() + mark.len();
         let text = std::str::from_utf8(&file[..start]).unwrap();
         let floats = |name: &str| -> Vec<f32> {
-            let line = text.lines().find(|l| l.contains(&format!("\"{name}\""))).unwrap();
-            let offset = line.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
+            let line = text
+                .lines()
+                .find(|l| l.contains(&format!("\"{name}\"")))
+                .unwrap();
+            let offset = line
+                .split("offset=\"")
+                .nth(1)
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap();
             let at = start + offset.parse::<usize>().unwrap();
             let length = u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
             let body = file[at + 8..at + 8 + length].as_chunks::<4>().0;

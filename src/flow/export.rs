@@ -16,7 +16,13 @@ use std::io;
 use std::path::Path;
 
 /// What the vertices carry beside colour, normal and velocity.
-const NUMBERS: [&str; 5] = ["polymer_fraction", "speed", "pressure", "shear_rate", "millilitre"];
+const NUMBERS: [&str; 5] = [
+    "polymer_fraction",
+    "speed",
+    "pressure",
+    "shear_rate",
+    "millilitre",
+];
 
 pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let solid = cache::read_solid(&job.folder.solid())?;
@@ -47,10 +53,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     scripts(job)
 }
 
-fn write(
-    path: &Path,
-    put: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
-) -> Result<(), FlowError> {
+fn write(path: &Path, put: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<(), FlowError> {
     let mut bytes = Vec::new();
     put(&mut bytes).map_err(FlowError::io(path))?;
     Ok(cache::write(path, &bytes)?)
@@ -71,7 +74,13 @@ fn level_set(job: &Job, surface: &Surface, density: &Grid, solid: &Solid) -> Gri
         let [x, y, z] = at.map(|n| Real::from(n) * density.voxel);
         known.get(at) > threshold && solid.phi(&Vec3::new(x, -z, y)) > 0.0
     };
-    level_set::from_surface(&surface.mesh, &surface.normal, density.voxel, &filled, inside)
+    level_set::from_surface(
+        &surface.mesh,
+        &surface.normal,
+        density.voxel,
+        &filled,
+        inside,
+    )
 }
 
 /// Columns that a surface does not hold as they are written.
@@ -85,9 +94,15 @@ impl Rows {
     fn new(surface: &Surface) -> Self {
         let alpha = surface.polymer_fraction.iter();
         Self {
-            normal: surface.normal.iter().map(|n| (*n).map(|c| c as f32).into()).collect(),
+            normal: surface
+                .normal
+                .iter()
+                .map(|n| (*n).map(|c| c as f32).into())
+                .collect(),
             speed: surface.speed(),
-            colour: alpha.map(|&a| colour::to_srgb(&colour::polymer(a.into()))).collect(),
+            colour: alpha
+                .map(|&a| colour::to_srgb(&colour::polymer(a.into())))
+                .collect(),
         }
     }
 

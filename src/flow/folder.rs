@@ -102,6 +102,21 @@ impl Folder {
         self.root.join("boundary/cannula.obj")
     }
 
+    /// Particles of the n-th wall that moves.
+    pub fn mover_walls(&self, n: usize) -> PathBuf {
+        self.root.join(format!("boundary/mover{n}.walls.osf"))
+    }
+
+    /// Signed distance of the n-th wall that moves, in its place at the start.
+    pub fn mover_solid(&self, n: usize) -> PathBuf {
+        self.root.join(format!("boundary/mover{n}.solid.osf"))
+    }
+
+    /// The n-th wall that moves, in its place at the start.
+    pub fn mover_mesh(&self, n: usize) -> PathBuf {
+        self.root.join(format!("boundary/mover{n}.obj"))
+    }
+
     /// How the simulation went.
     pub fn simulation_report(&self) -> PathBuf {
         self.root.join("simulation.json")

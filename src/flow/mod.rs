@@ -4,6 +4,7 @@ mod error;
 mod export;
 mod folder;
 mod frames;
+mod movers;
 mod preview;
 mod simulate;
 mod stage;

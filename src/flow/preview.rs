@@ -8,6 +8,7 @@ use crate::preview::{
     Camera, Colour, Colours, Cut, Legend, Material, MeshLayer, Scene, colour, render,
 };
 use crate::scene::{BoneLook, View};
+use crate::sim::{Motion, Pose};
 use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
 use image::codecs::png::PngEncoder;
@@ -51,6 +52,8 @@ struct Props {
     inside: Shown,
     walls: Shown,
     cannulas: Shown,
+    /// Walls that move, in their places at the start.
+    movers: Vec<(Motion, Shown)>,
 }
 
 /// A mesh with its normals; empty if there is none.
@@ -68,8 +71,12 @@ impl Props {
             views.iter().any(|view| looks.contains(&view.bone))
         };
         let bone = Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?;
+        let movers = job.scene.movers.iter().enumerate();
         Ok(Self {
             solid: cache::read_solid(&folder.solid())?,
+            movers: movers
+                .map(|(n, mover)| Ok((mover.motion, Shown::read(&folder.mover_mesh(n), true)?)))
+                .collect::<Result<_, FlowError>>()?,
             rest: bone.outside(&job.scene.sim.domain),
             bone,
             inside: Shown::read(&folder.inside_mesh(), look(&[BoneLook::Cut]))?,
@@ -87,6 +94,21 @@ impl Shown {
         let mesh = read_obj(path, LengthUnit::Metre, UpAxis::Y)?;
         let normals = mesh.vertex_normals();
         Ok(Self { mesh, normals })
+    }
+
+    /// Where it is once it has moved.
+    fn placed(&self, pose: &Pose) -> Self {
+        let mut part = Self {
+            mesh: self.mesh.clone(),
+            normals: self.normals.clone(),
+        };
+        for x in &mut part.mesh.positions {
+            *x = pose.place(x);
+        }
+        for normal in &mut part.normals {
+            *normal = pose.rotation * *normal;
+        }
+        part
     }
 
     /// The triangles that reach out of `bounds`.
@@ -119,6 +141,7 @@ struct Cement {
     /// Where it is cut.
     inner: Colour,
     label: String,
+    time: Real,
 }
 
 impl Cement {
@@ -134,6 +157,7 @@ impl Cement {
             inner: colour::polymer(mean),
             label: format!("t = {:.2} s   {millilitres:.2} ml", frame.time),
             surface,
+            time: frame.time,
         }
     }
 }
@@ -191,6 +215,15 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
         },
         props.cannulas.layer(STEEL, Material::CEMENT, None),
     ];
+    let movers: Vec<Shown> = props
+        .movers
+        .iter()
+        .map(|(motion, shown)| shown.placed(&motion.pose(cement.time)))
+        .collect();
+    let steel = movers
+        .iter()
+        .map(|shown| shown.layer(STEEL, Material::CEMENT, None));
+    meshes.extend(steel);
     match view.bone {
         BoneLook::Glass => {
             for shown in [&props.bone, &props.walls] {

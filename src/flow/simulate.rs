@@ -1,6 +1,6 @@
 //! Walls → `frames/`, `stats.csv` and `simulation.json`.
 
-use super::{Event, FlowError, FrameReport, Job, Observer};
+use super::{Event, FlowError, FrameReport, Job, Observer, movers};
 use crate::cache::{self, Frame, Table};
 use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Simulation, StepReport};
@@ -12,7 +12,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     let settings = job.scene.sim.clone();
     let solid = cache::read_solid(&job.folder.solid())?;
     let walls = cache::read_walls(&job.folder.walls())?;
-    let mut run = Simulation::new(settings, solid, walls)?;
+    let mut run = Simulation::with_movers(settings, solid, walls, movers::read(job)?)?;
     let columns: Vec<&str> = ["frame"].into_iter().chain(Ledger::COLUMNS).collect();
     let mut record = Record {
         table: Table::create(&job.folder.stats(), &columns)?,

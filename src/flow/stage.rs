@@ -1,6 +1,6 @@
 //! The stages: what each depends on, and what belongs to it in the output folder.
 
-use crate::scene::Scene;
+use crate::scene::{Region, Scene};
 use serde_json::{Value, json};
 use std::fmt;
 use std::path::Path;
@@ -76,13 +76,15 @@ impl Stage {
             Self::Voxelise => json!({
                 "shapes": scene.shapes,
                 "meshes": scene.meshes,
+                "movers": scene.movers,
+                "duration": if scene.movers.is_empty() { 0.0 } else { sim.duration },
                 "bone": scene.bone,
                 "spacing": sim.spacing,
                 "support_ratio": sim.support_ratio,
                 "domain": sim.domain,
                 "periodic": sim.periodic,
             }),
-            Self::Simulate => json!(sim),
+            Self::Simulate => json!([sim, scene.movers]),
             Self::Surface => json!(scene.surface),
             Self::Export => json!([scene.export, scene.surface]),
             Self::Preview => json!([scene.preview, scene.surface]),
@@ -94,9 +96,12 @@ impl Stage {
         match self {
             Self::Voxelise => {
                 let bone = scene.bone.iter().map(|bone| &bone.file);
-                bone.chain(&scene.meshes)
-                    .map(|file| file.path.as_path())
-                    .collect()
+                let movers = scene.movers.iter().filter_map(|mover| match &mover.region {
+                    Region::Mesh(file) => Some(file),
+                    Region::Shape(_) => None,
+                });
+                let files = bone.chain(&scene.meshes).chain(movers);
+                files.map(|file| file.path.as_path()).collect()
             }
             _ => Vec::new(),
         }

@@ -59,10 +59,15 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
 fn tell(job: &Job, made: &[(u32, Entry)], observer: &mut Observer<'_>) {
     let mut note = |n: u32, text: &str| observer(Event::Note(&job.folder.surface(n), text));
     for (n, _) in made.iter().filter(|(_, entry)| !entry.closed) {
-        note(*n, "the surface is not closed, which is a fault of this program");
+        note(
+            *n,
+            "the surface is not closed, which is a fault of this program",
+        );
     }
     let wrong = |entry: &Entry| entry.volume_error.abs();
-    let worst = made.iter().max_by(|a, b| wrong(&a.1).total_cmp(&wrong(&b.1)));
+    let worst = made
+        .iter()
+        .max_by(|a, b| wrong(&a.1).total_cmp(&wrong(&b.1)));
     if let Some((n, entry)) = worst.filter(|(_, entry)| wrong(entry) > LARGE_ERROR) {
         let text = format!(
             "encloses {:+.1} % more than the particles' volume, the most of all frames",

@@ -1,12 +1,13 @@
 //! Meshes and shapes → `boundary/`: one signed distance, wall particles, and meshes to look at.
 
-use super::{Event, FlowError, Job, Observer};
+use super::{Event, FlowError, Job, Observer, movers};
 use crate::bone::{self, landmarks};
 use crate::cache;
 use crate::grid::BrickGrid;
 use crate::math::{Aabb, Real};
 use crate::mesh::{self, TriMesh};
 use crate::scene::{Bone, BoneFrame, MeshFile};
+use crate::sim::SimSettings;
 use crate::solid::{self, Shape, Solid};
 use serde_json::json;
 use std::path::Path;
@@ -32,10 +33,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     let mut walls = TriMesh::default();
     for file in &scene.meshes {
         let mesh = closed(file, observer)?;
-        let band = bone::BAND * sim.spacing;
-        solid
-            .grids
-            .push(solid::mesh_grid(&mesh, sim.spacing / NODES, band));
+        solid.grids.extend(mesh_solid(&mesh, sim.spacing).grids);
         walls.append(&mesh);
     }
     if let Some(bone) = &scene.bone {
@@ -67,11 +65,24 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         region.min[axis] -= support;
         region.max[axis] += support;
     }
-    let depth = support - STANDOFF * sim.spacing;
-    let particles = solid::wall_particles(&solid, &region, sim.spacing, depth);
+    let particles = solid::wall_particles(&solid, &region, sim.spacing, wall_depth(sim));
     cache::write_walls(&job.folder.walls(), &particles)?;
     cache::write_solid(&job.folder.solid(), &solid)?;
-    Ok(())
+    movers::build(job, observer)
+}
+
+/// How deep wall particles stand [m].
+pub(super) fn wall_depth(sim: &SimSettings) -> Real {
+    (sim.support_ratio - STANDOFF) * sim.spacing
+}
+
+/// The inside of a closed mesh.
+pub(super) fn mesh_solid(mesh: &TriMesh, spacing: Real) -> Solid {
+    let grid = solid::mesh_grid(mesh, spacing / NODES, bone::BAND * spacing);
+    Solid {
+        shapes: Vec::new(),
+        grids: vec![grid],
+    }
 }
 
 /// The inside of the bone; its report and its meshes go to the folder.
@@ -132,8 +143,11 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
 }
 
 /// A mesh that encloses a volume; what had to be repaired is said.
-fn closed(file: &MeshFile, observer: &mut Observer<'_>) -> Result<TriMesh, FlowError> {
-    let mesh = mesh::read_obj(&file.path, file.unit, file.up)?;
+pub(super) fn closed(file: &MeshFile, observer: &mut Observer<'_>) -> Result<TriMesh, FlowError> {
+    let mut mesh = mesh::read_obj(&file.path, file.unit, file.up)?;
+    for position in &mut mesh.positions {
+        *position += file.at;
+    }
     let (mesh, notes) = mesh::require_closed(mesh).map_err(|source| FlowError::Open {
         path: file.path.clone(),
         source,
@@ -145,7 +159,7 @@ fn closed(file: &MeshFile, observer: &mut Observer<'_>) -> Result<TriMesh, FlowE
 }
 
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.
-fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), FlowError> {
+pub(super) fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), FlowError> {
     if mesh.triangles.is_empty() {
         return Ok(());
     }

@@ -117,7 +117,10 @@ impl PointBricks {
     }
 
     /// What `each` makes of every sorted point, given the points near it and its own place among them.
-    pub fn map_points<T: Send>(&self, each: impl Fn(&NearPoints, [f32; 3], usize) -> T + Sync) -> Vec<T> {
+    pub fn map_points<T: Send>(
+        &self,
+        each: impl Fn(&NearPoints, [f32; 3], usize) -> T + Sync,
+    ) -> Vec<T> {
         (0..self.bricks.len())
             .into_par_iter()
             .flat_map_iter(|b| {
@@ -125,7 +128,8 @@ impl PointBricks {
                 let first = self.bricks[b].map(|k| f64::from(k * BRICK));
                 (self.start[b]..self.start[b + 1])
                     .map(|point| {
-                        let at = std::array::from_fn(|i| (self.position[point][i] - first[i]) as f32);
+                        let at =
+                            std::array::from_fn(|i| (self.position[point][i] - first[i]) as f32);
                         each(&near, at, point)
                     })
                     .collect::<Vec<T>>()
@@ -150,7 +154,8 @@ impl PointBricks {
             let first = [key[0] + row / 3 - 1, key[1] + row % 3 - 1, key[2] - 1];
             let place = self.bricks.partition_point(|b| *b < first);
             (0..3).all(|z| {
-                let there = self.bricks.get(place + z) == Some(&[first[0], first[1], first[2] + z as i32]);
+                let there =
+                    self.bricks.get(place + z) == Some(&[first[0], first[1], first[2] + z as i32]);
                 there && least[place + z] >= limit
             })
         })
@@ -260,7 +265,8 @@ impl NearPoints {
             let d = [0, 1, 2].map(|axis| -> [f32; LANES] {
                 std::array::from_fn(|k| at[axis] - lanes[axis][run][k])
             });
-            let r2 = std::array::from_fn(|k| d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k]);
+            let r2 =
+                std::array::from_fn(|k| d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k]);
             (d, r2)
         })
     }

@@ -13,8 +13,8 @@ mod weld;
 
 pub use columns::{Lattice, inside_columns};
 pub(crate) use decimal::{put_digits, put_number};
-pub(crate) use distance::{closest_on_triangle, square_to_box};
 pub use distance::{MeshDistance, Nearby};
+pub(crate) use distance::{closest_on_triangle, square_to_box};
 pub use extract::surface_nets;
 pub use inspect::{Inspection, MeshNote, OpenMesh, inspect, require_closed};
 pub use obj_frame::{LengthUnit, UpAxis};

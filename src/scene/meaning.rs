@@ -8,7 +8,7 @@ use crate::export::ExportSettings;
 use crate::math::{Real, Vec3};
 use crate::mesh::{LengthUnit, UpAxis};
 use crate::preview::PictureSettings;
-use crate::sim::SimSettings;
+use crate::sim::{Motion, SimSettings};
 use crate::solid::Shape;
 use crate::surface::SurfaceSettings;
 use serde::Serialize;
@@ -27,6 +27,8 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     /// Walls given as meshes.
     pub meshes: Vec<MeshFile>,
+    /// Walls that move.
+    pub movers: Vec<MovingWall>,
     /// The bone.
     pub bone: Option<Bone>,
     /// How the cement's surface is drawn.
@@ -58,6 +60,26 @@ pub struct MeshFile {
     pub unit: LengthUnit,
     /// Which axis of the file points up.
     pub up: UpAxis,
+    /// Where its origin is put [m].
+    pub at: Vec3,
+}
+
+/// A wall that moves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MovingWall {
+    /// What it is at the start.
+    pub region: Region,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// Something solid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Region {
+    /// With a closed formula.
+    Shape(Shape),
+    /// The inside of a mesh.
+    Mesh(MeshFile),
 }
 
 /// A bone.

@@ -10,10 +10,11 @@ mod show;
 
 pub use document::Document;
 pub use error::{Finding, SceneError};
-pub use meaning::{Bone, MeshFile, Plane, Preview, Scene, View};
+pub use meaning::{Bone, MeshFile, MovingWall, Plane, Preview, Region, Scene, View};
 pub use place::{
     BodyRecipe, BoneFrame, BoneRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe,
-    InletRecipe, MeshRecipe, PlaneRecipe, Ratio, RegionRecipe, SphereRecipe, WallRecipe,
+    InletRecipe, MeshRecipe, MovingRecipe, OscillatingRecipe, PlaneRecipe, Ratio, RegionRecipe,
+    SphereRecipe, TurningRecipe, WallRecipe,
 };
 pub use recipe::{
     Axis, Bonding, CementRecipe, Modulus, PhaseRecipe, Recipe, TimeOrNone, TimeStepRecipe,

@@ -5,7 +5,7 @@
 
 use crate::math::Real;
 use crate::mesh::{LengthUnit, UpAxis};
-use crate::units::{FlowRate, Length, Quoted, Velocity, Volume};
+use crate::units::{FlowRate, Frequency, Length, Quoted, Time, Velocity, Volume};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::fmt;
 use std::str::FromStr;
@@ -97,6 +97,50 @@ pub struct WallRecipe {
     /// A container: solid outside instead of inside.
     #[serde(default)]
     pub hollow: bool,
+    /// It stands still,
+    pub turning: Option<TurningRecipe>,
+    /// or turns, or moves on,
+    pub moving: Option<MovingRecipe>,
+    /// or swings to and fro.
+    pub oscillating: Option<OscillatingRecipe>,
+}
+
+/// A wall that turns about an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurningRecipe {
+    /// A point on the axis.
+    pub point: [Length; 3],
+    /// Anticlockwise around it; any length but zero.
+    pub axis: [Real; 3],
+    /// Turns per time; below zero: clockwise.
+    pub rate: Frequency,
+    /// Time in which it comes up to that; at once if not given.
+    pub ramp: Option<Time>,
+}
+
+/// A wall that moves straight on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MovingRecipe {
+    /// Where to, how fast.
+    pub velocity: [Velocity; 3],
+    /// How far; never stops if not given.
+    pub travel: Option<Length>,
+    /// Time in which it comes up to its speed; at once if not given.
+    pub ramp: Option<Time>,
+}
+
+/// A wall that swings to and fro about its place: shift = amplitude · sin(2π frequency t).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OscillatingRecipe {
+    /// Half of the whole way.
+    pub amplitude: [Length; 3],
+    /// How often.
+    pub frequency: Frequency,
+    /// Time in which it comes up to that; at once if not given.
+    pub ramp: Option<Time>,
 }
 
 /// A mesh file, and what its numbers mean.
@@ -109,6 +153,8 @@ pub struct MeshRecipe {
     pub unit: LengthUnit,
     /// Which axis of the file points up.
     pub up: UpAxis,
+    /// Where the file's origin is put; where it is if not given.
+    pub at: Option<[Length; 3]>,
 }
 
 /// A bone: its outer surface as a mesh, and what is inside.

@@ -6,7 +6,7 @@
 
 use super::settings::Inlet;
 use crate::math::{Real, Vec3};
-use crate::sph::Pistons;
+use crate::sph::MovingWalls;
 
 /// An inlet in the course of time. State.
 #[derive(Clone, Debug)]
@@ -87,14 +87,13 @@ impl InletState {
         Some(self.row(self.travelled))
     }
 
-    /// Adds the rows behind the opening that lie within `reach` [m] of it.
-    pub fn stand(&self, reach: Real, pistons: &mut Pistons) {
+    /// Adds the rows behind the opening that lie within `reach` [m] of it, particles of `volume` [m³].
+    pub fn stand(&self, reach: Real, volume: Real, walls: &mut MovingWalls) {
         let velocity = self.settings.direction * self.speed();
         let mut behind = self.travelled - self.row_distance;
         while behind > -reach - self.row_distance {
             for position in self.row(behind) {
-                pistons.position.push(position);
-                pistons.velocity.push(velocity);
+                walls.push_piston(position, velocity, volume);
             }
             behind -= self.row_distance;
         }

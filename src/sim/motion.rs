@@ -1,5 +1,7 @@
-//! What moves: volume between phases, particles with the mixture, pistons, and rows that become fluid.
+//! What moves: volume between phases, particles with the mixture, past walls that may move themselves, pistons,
+//! and rows that become fluid.
 
+use super::mover::{Placed, Scenery};
 use super::stepper::Stepper;
 use crate::fluid::transfer;
 use crate::math::{Real, Vec3};
@@ -20,7 +22,9 @@ impl Stepper<'_> {
     /// x ← x + dt v_mix; pistons advance and their rows become fluid.
     pub fn move_particles(&mut self) {
         let dt = self.dt;
-        let (near, solid, domain) = (&self.near, self.solid, self.domain);
+        let (near, domain) = (&self.near, self.domain);
+        let before = self.around.at(self.time);
+        let after = self.around.at(self.time + dt);
         let most_depth = MOST_DEPTH * self.settings.spacing;
         self.fluid
             .position
@@ -33,7 +37,7 @@ impl Stepper<'_> {
                 *x = domain.wrapped(if open {
                     aim
                 } else {
-                    beside(solid, x, aim, most_depth)
+                    beside_all(&before, &after, x, aim, most_depth)
                 });
             });
         self.measure_inlet_pressure();
@@ -84,6 +88,26 @@ impl Stepper<'_> {
 /// How far a particle's centre may lie inside the solid, in spacings: the true surface of a rough wall is only
 /// known that well to the particles, and holding them off it costs flow and stability.
 const MOST_DEPTH: Real = 0.3;
+
+/// Past every wall in turn, each in its own frame, where it stands still: what a blade catches goes with the blade.
+/// Walls at rest come last, so that nothing is pushed through them.
+fn beside_all(
+    before: &Scenery<'_>,
+    after: &Scenery<'_>,
+    from: &Vec3,
+    aim: Vec3,
+    most_depth: Real,
+) -> Vec3 {
+    let mut x = aim;
+    for (Placed { solid, pose }, then) in after.movers.iter().zip(&before.movers) {
+        let goal = pose.start(&x);
+        let kept = beside(solid, &then.pose.start(from), goal, most_depth);
+        if kept != goal {
+            x = pose.place(&kept);
+        }
+    }
+    beside(after.solid, from, x, most_depth)
+}
 
 /// Where a particle comes to rest that aims at a point too deep inside the solid: as deep as allowed, on the side it
 /// came from. Without it slow creep takes one particle in a thousand through a strut.

@@ -3,6 +3,7 @@
 use super::health::SimError;
 use super::inlet::InletState;
 use super::ledger::{self, Ledger, Tally};
+use super::mover::{Mover, MovingSolid, Surroundings};
 use super::settings::SimSettings;
 pub use super::stepper::StepReport;
 use super::stepper::Stepper;
@@ -10,7 +11,7 @@ use super::{schemes, start};
 use crate::fluid::{FluidParticles, MixtureFields, mixture};
 use crate::math::{Real, Vec3};
 use crate::solid::Solid;
-use crate::sph::{Domain, Kernel, Neighbourhood, WallParticles, Walls};
+use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, WallParticles, Walls};
 
 /// Neighbour rows are numbered with 32 bits.
 const MOST_PARTICLES: usize = 20_000_000;
@@ -35,15 +36,26 @@ pub struct Simulation {
     domain: Domain,
     solid: Solid,
     walls: Walls,
+    movers: Vec<Mover>,
     tally: Tally,
 }
 
 impl Simulation {
-    /// A run at its start: bodies filled, first rows of the inlets in place.
+    /// A run at its start, all walls at rest: bodies filled, first rows of the inlets in place.
     pub fn new(
         settings: SimSettings,
         solid: Solid,
         particles: WallParticles,
+    ) -> Result<Self, SimError> {
+        Self::with_movers(settings, solid, particles, Vec::new())
+    }
+
+    /// The same among walls some of which move.
+    pub fn with_movers(
+        settings: SimSettings,
+        solid: Solid,
+        particles: WallParticles,
+        moving: Vec<MovingSolid>,
     ) -> Result<Self, SimError> {
         let kernel = Kernel::new(settings.spacing * settings.support_ratio);
         let domain = Domain {
@@ -51,7 +63,15 @@ impl Simulation {
             periodic: settings.periodic,
         };
         let walls = Walls::new(particles, &kernel, &domain, |x| -solid.distance(x).0);
-        let (fluid, carved) = start::fill(&settings, &solid);
+        let movers: Vec<Mover> = moving
+            .into_iter()
+            .map(|given| Mover::new(given, &kernel, &domain))
+            .collect();
+        let around = Surroundings {
+            solid: &solid,
+            movers: &movers,
+        };
+        let (fluid, carved) = start::fill(&settings, &around.at(0.0));
         if fluid.len() > MOST_PARTICLES {
             return Err(SimError::TooMany(fluid.len(), MOST_PARTICLES));
         }
@@ -73,6 +93,7 @@ impl Simulation {
             domain,
             solid,
             walls,
+            movers,
             tally: Tally::default(),
         };
         run.start_inlets();
@@ -137,11 +158,15 @@ impl Simulation {
             settings: &self.settings,
             kernel: &self.kernel,
             domain: &self.domain,
-            solid: &self.solid,
+            around: Surroundings {
+                solid: &self.solid,
+                movers: &self.movers,
+            },
             walls: &self.walls,
             fluid: &mut self.fluid,
             inlets: &mut self.inlets,
             near: Neighbourhood::default(),
+            moving: MovingWalls::default(),
             mix: MixtureFields::default(),
             gradient: Vec::new(),
             dt: 0.0,
@@ -185,11 +210,12 @@ impl Simulation {
     /// The ledger's entry for now; starts a new window.
     pub fn ledger(&mut self) -> Ledger {
         let depth = -0.5 * self.settings.spacing;
+        let scenery = self.around().at(self.time);
         let in_walls = self
             .fluid
             .position
             .iter()
-            .filter(|x| self.solid.distance(x).0 < depth)
+            .filter(|x| scenery.distance(x).0 < depth)
             .count();
         let entry = ledger::enter(
             &self.settings,
@@ -222,8 +248,16 @@ impl Simulation {
         self.kernel.support_radius
     }
 
-    /// Number of static wall particles.
+    /// Number of wall particles, at rest and moving.
     pub fn wall_count(&self) -> usize {
-        self.walls.particles.position.len()
+        let moving: usize = self.movers.iter().map(Mover::len).sum();
+        self.walls.particles.position.len() + moving
+    }
+
+    fn around(&self) -> Surroundings<'_> {
+        Surroundings {
+            solid: &self.solid,
+            movers: &self.movers,
+        }
     }
 }

@@ -1,6 +1,5 @@
 //! Pressure, apart from viscosity or coupled with it: goals, sources, and handing the result to the phases.
 
-use super::inlet::InletState;
 use super::stepper::Stepper;
 use crate::fluid::mixture;
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
@@ -26,15 +25,10 @@ impl Stepper<'_> {
         self.fastest().max(0.01 * self.settings.spacing / self.dt)
     }
 
-    /// Fastest particle or piston [m/s].
+    /// Fastest particle, piston or moving wall [m/s].
     pub(super) fn fastest(&self) -> Real {
         let velocity = &self.mix.velocity;
-        let pistons = self
-            .inlets
-            .iter()
-            .map(InletState::speed)
-            .fold(0.0, Real::max);
-        ordered_max(velocity.len(), |i| velocity[i].norm()).max(pistons)
+        ordered_max(velocity.len(), |i| velocity[i].norm()).max(self.driven_speed())
     }
 
     /// What the pistons push in [m³/s].

@@ -1,15 +1,15 @@
 //! Fluid that is there at the start: bodies filled on a lattice, carved where a wall is.
 
+use super::mover::Scenery;
 use super::settings::{BodyShape, SimSettings};
 use crate::fluid::FluidParticles;
 use crate::math::{Aabb, Real, Stream, Vec3};
-use crate::solid::Solid;
 
 /// Particles closer to a wall than this are carved away, in spacings.
 const CLEARANCE: Real = 0.25;
 
 /// Fills the bodies; returns the particles and how many were carved away because a wall is there.
-pub fn fill(settings: &SimSettings, solid: &Solid) -> (FluidParticles, usize) {
+pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, usize) {
     let mut fluid = FluidParticles::default();
     let mut carved = 0;
     let mut random = Stream::new(settings.seed, "start");
@@ -31,7 +31,7 @@ pub fn fill(settings: &SimSettings, solid: &Solid) -> (FluidParticles, usize) {
                     if settings.jitter > 0.0 {
                         position += random.cube() * (settings.jitter * settings.spacing);
                     }
-                    if solid.distance(&position).0 < CLEARANCE * settings.spacing {
+                    if around.distance(&position).0 < CLEARANCE * settings.spacing {
                         carved += 1;
                         continue;
                     }

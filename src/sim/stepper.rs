@@ -2,13 +2,13 @@
 
 use super::health::{SimError, Symptom, first_symptom};
 use super::inlet::InletState;
-use super::settings::{Scheme, SimSettings, StressStep};
+use super::mover::Surroundings;
+use super::settings::{Scheme, SimSettings, StressStep, TimeStep};
 use super::time_step::{self, FlowMeasures, Limit};
 use crate::fluid::{FluidParticles, MixtureFields, bonding};
-use crate::math::{Mat3, Real, ordered_max};
-use crate::solid::Solid;
+use crate::math::{Mat3, Real, Vec3, ordered_max};
 use crate::sph::operators::velocity_gradient;
-use crate::sph::{Domain, Kernel, Neighbourhood, Pistons, Walls};
+use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,11 +36,12 @@ pub struct Stepper<'a> {
     pub settings: &'a SimSettings,
     pub kernel: &'a Kernel,
     pub domain: &'a Domain,
-    pub solid: &'a Solid,
+    pub around: Surroundings<'a>,
     pub walls: &'a Walls,
     pub fluid: &'a mut FluidParticles,
     pub inlets: &'a mut [InletState],
     pub near: Neighbourhood,
+    pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
     pub dt: Real,
@@ -50,25 +51,27 @@ pub struct Stepper<'a> {
 }
 
 impl Stepper<'_> {
-    /// Neighbours, pistons and all that follows from positions.
+    /// Neighbours, moving walls and all that follows from positions.
     pub fn find_neighbours(&mut self) {
-        let mut pistons = Pistons {
-            volume: self.kernel.rest_volume(self.settings.spacing),
-            ..Pistons::default()
-        };
+        let mut moving = MovingWalls::default();
+        let volume = self.kernel.rest_volume(self.settings.spacing);
         for inlet in &*self.inlets {
-            inlet.stand(self.kernel.support_radius, &mut pistons);
+            inlet.stand(self.kernel.support_radius, volume, &mut moving);
         }
-        let solid = self.solid;
+        for mover in self.around.movers {
+            mover.stand(self.time, self.domain, &mut moving);
+        }
+        let scenery = self.around.at(self.time);
         self.near = Neighbourhood::new(
             &self.fluid.position,
             self.settings.spacing,
             self.kernel,
             self.domain,
             self.walls,
-            &pistons,
-            |x| solid.distance(x),
+            &moving,
+            |x| scenery.distance(x),
         );
+        self.moving = moving;
         self.report.pairs = self.near.fluid.entries();
         self.report.awake = self.near.awake;
         self.report.converged = true;
@@ -114,13 +117,8 @@ impl Stepper<'_> {
                 _ => v.liquid.norm().max(v.polymer.norm()),
             })
         });
-        let pistons = self
-            .inlets
-            .iter()
-            .map(InletState::speed)
-            .fold(0.0, Real::max);
         let flow = FlowMeasures {
-            speed: fluid_speed.max(pistons),
+            speed: fluid_speed.max(self.driven_speed()),
             strain_rate: ordered_max(self.gradient.len(), |i| self.gradient[i].norm()).max(0.0),
             stiffness: match self.settings.scheme {
                 Scheme::ImmCt if cement.relaxation_time > 0.0 => ordered_max(n, |i| {
@@ -134,6 +132,14 @@ impl Stepper<'_> {
             pressure: ordered_max(n, |i| fluid.pressure[i][0]),
         };
         let (mut dt, mut limit) = time_step::choose(self.settings, &flow);
+        if let TimeStep::Adaptive { cfl, .. } = self.settings.time_step {
+            for mover in self.around.movers {
+                let most = mover.most_step(self.time, cfl * self.settings.spacing, dt);
+                if most < dt {
+                    (dt, limit) = (most, Limit::Cfl);
+                }
+            }
+        }
         for inlet in &*self.inlets {
             if inlet.most_step() < dt {
                 (dt, limit) = (inlet.most_step(), Limit::Dose);
@@ -150,8 +156,30 @@ impl Stepper<'_> {
             dt = 0.5 * left;
         }
         self.dt = dt;
+        self.drive_walls();
         self.report.dt = dt;
         self.report.limit = Some(limit);
+    }
+
+    /// Moving walls have the velocity of the middle of the step: it takes them where they will be at its end.
+    fn drive_walls(&mut self) {
+        let middle = self.time + 0.5 * self.dt;
+        let pistons = self.moving.velocity.iter().copied();
+        let pistons = pistons.zip(&self.moving.depth).filter(|b| b.1.is_none());
+        let movers = self.around.movers.iter().flat_map(|m| m.velocities(middle));
+        let velocity: Vec<Vec3> = pistons.map(|b| b.0).chain(movers).collect();
+        self.near.set_moving_velocity(&velocity);
+    }
+
+    /// Fastest piston or moving wall [m/s].
+    pub(super) fn driven_speed(&self) -> Real {
+        let pistons = self.inlets.iter().map(InletState::speed);
+        let movers = self
+            .around
+            .movers
+            .iter()
+            .map(|mover| mover.speed(self.time));
+        pistons.chain(movers).fold(0.0, Real::max)
     }
 
     /// Stops the run if a particle is ill after `term`.

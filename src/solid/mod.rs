@@ -5,8 +5,10 @@
 use crate::grid::BrickGrid;
 use crate::math::{Real, Vec3};
 
+pub mod fan;
 mod mesh_grid;
 mod shape;
+pub mod syringe;
 mod walls;
 
 pub use mesh_grid::mesh_grid;

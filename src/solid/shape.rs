@@ -1,6 +1,6 @@
 //! Solids with a closed formula for their distance.
 
-use crate::math::{Real, Vec3};
+use crate::math::{Aabb, Real, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A primitive; `hollow` ones are solid outside (containers), the others inside.
@@ -60,6 +60,55 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The smallest box around its surface [m]; none where that has no end.
+    pub fn bounds(&self) -> Option<Aabb> {
+        let capped = |base: &Vec3, axis: &Vec3, length: Real, radius: Real| {
+            // A disc of radius r across the axis reaches r √(1 − a²) along a coordinate.
+            let reach = axis.map(|a| radius * (1.0 - a * a).max(0.0).sqrt());
+            let top = base + axis * length;
+            Aabb {
+                min: base.inf(&top) - reach,
+                max: base.sup(&top) + reach,
+            }
+        };
+        Some(match self {
+            Self::HalfSpace { .. } => return None,
+            Self::Box { min, max, .. } => Aabb {
+                min: *min,
+                max: *max,
+            },
+            Self::Sphere { centre, radius, .. } => Aabb {
+                min: *centre,
+                max: *centre,
+            }
+            .grown(*radius),
+            Self::Cylinder {
+                base,
+                axis,
+                length,
+                radius,
+                ..
+            } => capped(base, axis, *length, *radius),
+            Self::Tube {
+                base,
+                axis,
+                length,
+                outer,
+                ..
+            } => capped(base, axis, *length, *outer),
+        })
+    }
+
+    /// Whether everything outside it is solid.
+    pub fn is_hollow(&self) -> bool {
+        matches!(
+            self,
+            Self::Box { hollow: true, .. }
+                | Self::Sphere { hollow: true, .. }
+                | Self::Cylinder { hollow: true, .. }
+        )
+    }
+
     /// φ [m] at `x` and its unit gradient.
     pub fn distance(&self, x: &Vec3) -> (Real, Vec3) {
         match self {

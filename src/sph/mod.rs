@@ -20,4 +20,4 @@ pub use kernel::Kernel;
 pub use neighbourhood::{FluidOfWall, Neighbourhood, Pair, Standing, WallPair, vector};
 pub use pressure::{PressureOperator, Source};
 pub use rows::Rows;
-pub use walls::{Pistons, WallParticles, Walls};
+pub use walls::{MovingWalls, WallParticles, Walls};

@@ -3,7 +3,7 @@
 //! Pair terms are kept in f32 relative to the pair (exactly antisymmetric, so that momentum is kept) and
 //! summed in f64.
 
-use super::{Cells, Domain, Kernel, Pistons, Rows, Walls};
+use super::{Cells, Domain, Kernel, MovingWalls, Rows, Walls};
 use crate::math::{Mat3, Real, Vec3};
 use rayon::prelude::*;
 
@@ -68,6 +68,8 @@ pub struct Neighbourhood {
     pub of_wall: Rows<FluidOfWall>,
     /// Velocity of each active wall particle [m/s].
     pub wall_velocity: Vec<Vec3>,
+    /// ω of the body of each active wall particle [rad/s]; empty where nothing turns.
+    pub wall_spin: Vec<Vec3>,
     /// Volume of each active wall particle [m³].
     pub wall_volume: Vec<Real>,
     /// ψ_b − 1 where a wall particle is over-full, else 0 [1].
@@ -78,8 +80,10 @@ pub struct Neighbourhood {
     pub trace: Vec<Real>,
     /// B_i: inverse of −Σ V_j x_ij ⊗ ∇W_ij, the identity where that is ill-conditioned.
     pub correction: Vec<Mat3>,
-    /// How many of the static walls are awake.
+    /// How many of the static walls are awake: the first of the active wall particles.
     pub awake: usize,
+    /// Which of the moving wall particles the others are.
+    moving: Vec<u32>,
 }
 
 /// Where a particle stands before the solid: distance [m] to the true surface and unit normal into the open.
@@ -93,14 +97,14 @@ impl Neighbourhood {
         kernel: &Kernel,
         domain: &Domain,
         walls: &Walls,
-        pistons: &Pistons,
+        moving: &MovingWalls,
         standing: impl Fn(&Vec3) -> Standing + Sync,
     ) -> Self {
         let n = position.len();
         let rest_volume = kernel.rest_volume(spacing);
         let h = kernel.support_radius;
         let cells = Cells::new(position, h, domain);
-        let piston_cells = Cells::new(&pistons.position, h, domain);
+        let moving_cells = Cells::new(&moving.position, h, domain);
 
         let fluid = Rows::build(n, |i, row| {
             let x = position[i];
@@ -119,7 +123,7 @@ impl Neighbourhood {
             });
         });
 
-        // Pairs with walls: static ones first, pistons numbered after them.
+        // Pairs with walls: static ones first, moving ones numbered after them.
         let static_count = walls.particles.position.len();
         let found = Rows::build(n, |i, row: &mut Vec<u32>| {
             let x = position[i];
@@ -129,13 +133,13 @@ impl Neighbourhood {
                     row.push(b as u32);
                 }
             });
-            piston_cells.near(&x, |b| {
-                if near(&pistons.position[b]) {
+            moving_cells.near(&x, |b| {
+                if near(&moving.position[b]) {
                     row.push((static_count + b) as u32);
                 }
             });
         });
-        let mut place = vec![u32::MAX; static_count + pistons.position.len()];
+        let mut place = vec![u32::MAX; static_count + moving.position.len()];
         for i in 0..n {
             for &b in found.row(i) {
                 place[b as usize] = 0;
@@ -149,7 +153,7 @@ impl Neighbourhood {
             if b < static_count {
                 walls.particles.position[b]
             } else {
-                pistons.position[b - static_count]
+                moving.position[b - static_count]
             }
         };
         let wall_volume: Vec<Real> = active
@@ -158,20 +162,27 @@ impl Neighbourhood {
                 if b < static_count {
                     walls.particles.volume[b]
                 } else {
-                    pistons.volume
+                    moving.volume[b - static_count]
                 }
             })
             .collect();
-        let wall_velocity = active
-            .iter()
-            .map(|&b| {
-                if b < static_count {
-                    Vec3::zeros()
-                } else {
-                    pistons.velocity[b - static_count]
-                }
-            })
-            .collect();
+        let of_moving = |b: usize, values: &[Vec3]| match b.checked_sub(static_count) {
+            Some(b) => values[b],
+            None => Vec3::zeros(),
+        };
+        let each = |values: &[Vec3]| active.iter().map(|&b| of_moving(b, values)).collect();
+        let wall_velocity = each(&moving.velocity);
+        let turning = moving.spin.iter().any(|spin| *spin != Vec3::zeros());
+        let wall_spin = if turning {
+            each(&moving.spin)
+        } else {
+            Vec::new()
+        };
+        // Sum over its own walls and depth of a wall particle; none for a piston.
+        let solid = |b: usize| match b.checked_sub(static_count) {
+            None => Some((walls.own_sum[b], walls.depth[b])),
+            Some(b) => moving.depth[b].map(|depth| (moving.own_sum[b], depth)),
+        };
 
         let mut of_wall = Rows::build(active.len(), |a, row| {
             let x = at(active[a]);
@@ -203,15 +214,10 @@ impl Neighbourhood {
         of_wall.for_each_mut(|a, pair| pair.share *= mean_of[a]);
         let wall_excess = (0..active.len())
             .map(|a| {
-                let own = active[a];
-                let of_walls = if own < static_count {
-                    walls.own_sum[own]
-                } else {
-                    1.0
-                };
                 // A wall particle with air behind it is never full: only an excess says something.
-                (of_walls + weight_of_fluid[a] - 1.0).max(0.0)
-                    * Real::from(u8::from(own < static_count))
+                solid(active[a]).map_or(0.0, |(of_walls, _)| {
+                    (of_walls + weight_of_fluid[a] - 1.0).max(0.0)
+                })
             })
             .collect();
 
@@ -228,13 +234,11 @@ impl Neighbourhood {
                 let x_ib = domain.shortest(x - at(b));
                 let r = x_ib.norm();
                 let steepness = (wall_volume[a] * kernel.steepness(r)) as f32;
-                let beta = if b < static_count {
+                let beta = solid(b).map_or(0.0, |(_, depth)| {
                     // The deeper of: below the surface, below the particle's own tangent plane (thin struts).
-                    let depth = walls.depth[b].max(normal.dot(&x_ib) - distance).max(0.0);
+                    let depth = depth.max(normal.dot(&x_ib) - distance).max(0.0);
                     (depth / distance).min(MOST_BETA)
-                } else {
-                    0.0
-                };
+                });
                 row.push(WallPair {
                     b: a as u32,
                     gradient: scaled(&x_ib, -steepness),
@@ -288,12 +292,44 @@ impl Neighbourhood {
             wall,
             of_wall,
             wall_velocity,
+            wall_spin,
             wall_volume,
             wall_excess,
             compression: moments.iter().map(|m| m.0).collect(),
             trace: moments.iter().map(|m| m.1).collect(),
             correction: moments.iter().map(|m| m.2).collect(),
             awake: active.iter().filter(|&&b| b < static_count).count(),
+            moving: active
+                .iter()
+                .filter_map(|b| Some(b.checked_sub(static_count)? as u32))
+                .collect(),
+        }
+    }
+
+    /// Gives the moving walls other velocities [m/s].
+    pub fn set_moving_velocity(&mut self, velocity: &[Vec3]) {
+        for (active, &b) in self.wall_velocity[self.awake..]
+            .iter_mut()
+            .zip(&self.moving)
+        {
+            *active = velocity[b as usize];
+        }
+    }
+
+    /// u_w [m/s] where the line from a fluid particle to a wall particle meets the wall's surface.
+    ///
+    /// With it a fluid that turns like the wall is not sheared by it: v_b = u_w − β (v_i − u_w) is then ω × x_b.
+    #[inline]
+    pub fn surface_velocity(&self, pair: &WallPair) -> Vec3 {
+        let b = pair.b as usize;
+        let velocity = self.wall_velocity[b];
+        match self.wall_spin.get(b) {
+            Some(spin) if pair.steepness > 0.0 => {
+                let beta = Real::from(pair.beta);
+                let x_ib = -vector(pair.gradient) / Real::from(pair.steepness);
+                velocity + spin.cross(&x_ib) * (beta / (1.0 + beta))
+            }
+            _ => velocity,
         }
     }
 

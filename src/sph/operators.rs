@@ -22,7 +22,7 @@ pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
                 sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
             }
             for pair in near.wall.row(i) {
-                let slip = v_i - near.wall_velocity[pair.b as usize];
+                let slip = v_i - near.surface_velocity(pair);
                 sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
             }
             sum * near.correction[i]
@@ -66,7 +66,7 @@ pub fn wall_friction(near: &Neighbourhood, i: usize) -> (Real, Vec3) {
     for pair in near.wall.row(i) {
         let k = 2.0 * Real::from(pair.steepness) * (1.0 + Real::from(pair.beta)) / near.trace[i];
         friction += k;
-        carried += near.wall_velocity[pair.b as usize] * k;
+        carried += near.surface_velocity(pair) * k;
     }
     (friction, carried)
 }

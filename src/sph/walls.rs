@@ -56,13 +56,32 @@ impl Walls {
     }
 }
 
-/// Wall particles that move with a prescribed velocity and carry it to the fluid as it is: an inlet's piston.
+/// Wall particles that move: rigid walls, and the pistons of inlets.
 #[derive(Clone, Debug, Default)]
-pub struct Pistons {
+pub struct MovingWalls {
     /// Positions [m].
     pub position: Vec<Vec3>,
+    /// Volume of each [m³].
+    pub volume: Vec<Real>,
     /// Velocities [m/s].
     pub velocity: Vec<Vec3>,
-    /// Volume of each [m³].
-    pub volume: Real,
+    /// ω of the body that each belongs to [rad/s].
+    pub spin: Vec<Vec3>,
+    /// How deep inside its solid each lies [m]; none: part of a piston, which carries its velocity to the fluid as
+    /// it is.
+    pub depth: Vec<Option<Real>>,
+    /// Σ_b V_b W over the walls that move with it [1].
+    pub own_sum: Vec<Real>,
+}
+
+impl MovingWalls {
+    /// Adds a particle of a piston.
+    pub fn push_piston(&mut self, position: Vec3, velocity: Vec3, volume: Real) {
+        self.position.push(position);
+        self.volume.push(volume);
+        self.velocity.push(velocity);
+        self.spin.push(Vec3::zeros());
+        self.depth.push(None);
+        self.own_sum.push(0.0);
+    }
 }

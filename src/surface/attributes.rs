@@ -63,7 +63,9 @@ fn shear_rates(frame: &Frame, field: &Field) -> Vec<f32> {
         });
         // Threads and sheets say nothing across: there the gradient is 0, not a quotient of rounding errors.
         moment += Mat3::identity() * (1e-3 * moment.trace() + 1e-12);
-        let gradient = moment.try_inverse().map_or(Mat3::zeros(), |inverse| product * inverse);
+        let gradient = moment
+            .try_inverse()
+            .map_or(Mat3::zeros(), |inverse| product * inverse);
         let d = (gradient + gradient.transpose()) * (0.5 / field.cube);
         (2.0 * d.norm_squared()).sqrt() as f32
     })
@@ -88,7 +90,9 @@ impl Surroundings {
 
     /// What is carried at a cut.
     pub fn at(&self, cut: &Cut) -> Carried {
-        let mut sums = self.near.place_sums(cut.place(), &self.volume, &self.channels);
+        let mut sums = self
+            .near
+            .place_sums(cut.place(), &self.volume, &self.channels);
         if sums.weight <= 0.0 {
             // A wide cube may be cut where no particle reaches; its inside end is always in reach.
             let mut inside = cut.node().map(|n| n as f32);

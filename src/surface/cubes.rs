@@ -136,9 +136,8 @@ impl Cubes<'_> {
                     continue;
                 }
                 for z in 0..8 {
-                    let inside = (0..4).fold(0, |set, r| {
-                        set | usize::from(rows[r] >> z & 3) << (2 * r)
-                    });
+                    let inside =
+                        (0..4).fold(0, |set, r| set | usize::from(rows[r] >> z & 3) << (2 * r));
                     let start = 3 * padded_place([x, y, z]);
                     for triangle in &cases[inside] {
                         triangles.push(triangle.map(|edge| vertex[start + edges[edge as usize]]));

@@ -146,7 +146,8 @@ fn triangulate(field: &mut Field) -> (TriMesh, Vec<Vec<Cut>>) {
 /// How freely each vertex may move [1]: not at all where it touches a wall.
 fn free_of(mesh: &TriMesh, solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
     // Free within a spacing, so that the rim of a contact does not show as a step.
-    let free = |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
+    let free =
+        |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
     let positions = mesh.positions.par_iter();
     positions.map(|x| free(x) as f32).collect()
 }

@@ -79,7 +79,11 @@ pub struct LeftOut {
 }
 
 /// Leaves out pieces that enclose less than `smallest` [m³]; says which vertices are kept.
-pub(super) fn leave_out(mesh: &mut TriMesh, pieces: &Pieces, smallest: Real) -> (Vec<bool>, LeftOut) {
+pub(super) fn leave_out(
+    mesh: &mut TriMesh,
+    pieces: &Pieces,
+    smallest: Real,
+) -> (Vec<bool>, LeftOut) {
     let volumes = pieces.volumes(mesh);
     let small = |piece: u32| volumes[piece as usize].abs() < smallest;
     let mut left_out = LeftOut::default();

@@ -5,6 +5,7 @@ mod channels;
 mod column;
 mod dam;
 mod ledger;
+mod movers;
 mod needle;
 mod scenes;
 mod waves;

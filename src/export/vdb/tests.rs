@@ -203,10 +203,13 @@ fn halves_are_the_nearest_there_are() {
                 Leaves::Float(leaves) => {
                     let expected = active(leaves);
                     let voxels = read.as_float().unwrap().tree().active_voxels();
-                    let found: BTreeMap<_, _> =
-                        voxels.map(|(at, v)| ([at.x(), at.y(), at.z()], v)).collect();
-                    let expected: BTreeMap<_, _> =
-                        expected.into_iter().map(|(at, v)| (at, nearest(v))).collect();
+                    let found: BTreeMap<_, _> = voxels
+                        .map(|(at, v)| ([at.x(), at.y(), at.z()], v))
+                        .collect();
+                    let expected: BTreeMap<_, _> = expected
+                        .into_iter()
+                        .map(|(at, v)| (at, nearest(v)))
+                        .collect();
                     assert_eq!(found, expected);
                 }
                 Leaves::Vec3(leaves) => {

@@ -4,6 +4,7 @@ mod check;
 mod place;
 mod show;
 mod time;
+mod wall;
 
 use super::{Document, Recipe, Scene, SceneError};
 use crate::math::Real;
@@ -38,8 +39,7 @@ pub(super) fn resolve(
         "",
         "nothing flows: give at least one [[body]] or [[inlet]]",
     );
-    let shapes = place::shapes(c, recipe);
-    let meshes = place::meshes(recipe, folder);
+    let walls = wall::walls(c, recipe, folder);
     let bone = place::bone(c, recipe, folder);
 
     let sim = SimSettings {
@@ -67,8 +67,9 @@ pub(super) fn resolve(
     let scene = Scene {
         name: recipe.name.clone(),
         particles,
-        shapes,
-        meshes,
+        shapes: walls.shapes,
+        meshes: walls.meshes,
+        movers: walls.movers,
         bone,
         surface: recipe.surface,
         export: recipe.export.clone(),
@@ -251,6 +252,18 @@ name = "front"
             (
                 "wall[0].plane={ point = [\"0 m\", \"0 m\", \"0 m\"], normal = [0, 0, 1] }",
                 "wall[0]",
+            ),
+            (
+                "wall[0].turning={ point = [\"0 m\", \"0 m\", \"0 m\"], axis = [0, 0, 0], rate = \"1 1/s\" }",
+                "wall[0].turning.axis",
+            ),
+            (
+                "wall[0].moving={ velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] }",
+                "wall[0].moving",
+            ),
+            (
+                "wall[0].oscillating={ amplitude = [\"1 m\", \"0 m\", \"0 m\"], frequency = \"0 1/s\" }",
+                "wall[0].oscillating.frequency",
             ),
             ("bone.cortex=-1 mm", "bone.cortex"),
             (

@@ -1,16 +1,15 @@
-//! Bodies, walls, the bone, inlets and their cannulas.
+//! Bodies, the bone, inlets.
 
 use super::check::{Checker, point};
+use super::wall::tube;
 use crate::bone::{BoneSettings, Channel, Place, Region, Struts};
 use crate::math::{Aabb, Real, Vec3};
 use crate::scene::place::{
-    BodyRecipe, BoxRecipe, CannulaRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, Ratio,
-    SphereRecipe,
+    BodyRecipe, BoxRecipe, CylinderRecipe, EllipsoidRecipe, InletRecipe, Ratio, SphereRecipe,
 };
 use crate::scene::recipe::Recipe;
 use crate::scene::{Bone, MeshFile};
 use crate::sim::{Body, BodyShape, Inlet};
-use crate::solid::Shape;
 use crate::units::Velocity;
 use std::path::Path;
 
@@ -79,12 +78,16 @@ fn body_shape(c: &mut Checker<'_>, key: &str, body: &BodyRecipe) -> Option<(Body
     })
 }
 
-fn sphere(c: &mut Checker<'_>, key: &str, sphere: &SphereRecipe) -> (Vec3, Real) {
+pub(super) fn sphere(c: &mut Checker<'_>, key: &str, sphere: &SphereRecipe) -> (Vec3, Real) {
     let radius = c.positive(&format!("{key}.sphere.radius"), sphere.radius.si());
     (point(sphere.centre), radius)
 }
 
-fn cylinder(c: &mut Checker<'_>, key: &str, cylinder: &CylinderRecipe) -> (Vec3, Vec3, Real, Real) {
+pub(super) fn cylinder(
+    c: &mut Checker<'_>,
+    key: &str,
+    cylinder: &CylinderRecipe,
+) -> (Vec3, Vec3, Real, Real) {
     let key = |part| format!("{key}.cylinder.{part}");
     (
         point(cylinder.base),
@@ -92,93 +95,6 @@ fn cylinder(c: &mut Checker<'_>, key: &str, cylinder: &CylinderRecipe) -> (Vec3,
         c.positive(&key("length"), cylinder.length.si()),
         c.positive(&key("radius"), cylinder.radius.si()),
     )
-}
-
-/// Walls with a closed formula, and the cannulas.
-pub(super) fn shapes(c: &mut Checker<'_>, recipe: &Recipe) -> Vec<Shape> {
-    let mut shapes = Vec::new();
-    for (n, wall) in recipe.wall.iter().enumerate() {
-        let key = format!("wall[{n}]");
-        let names = ["box", "sphere", "cylinder", "plane", "mesh"];
-        let given = [
-            wall.r#box.is_some(),
-            wall.sphere.is_some(),
-            wall.cylinder.is_some(),
-            wall.plane.is_some(),
-            wall.mesh.is_some(),
-        ];
-        if c.exactly_one(&key, &names, &given).is_none() {
-            continue;
-        }
-        let hollow = wall.hollow;
-        if let Some(bounds) = &wall.r#box {
-            let Aabb { min, max } = c.bounds(&format!("{key}.box"), bounds);
-            shapes.push(Shape::Box { min, max, hollow });
-        } else if let Some(ball) = &wall.sphere {
-            let (centre, radius) = sphere(c, &key, ball);
-            shapes.push(Shape::Sphere {
-                centre,
-                radius,
-                hollow,
-            });
-        } else if let Some(round) = &wall.cylinder {
-            let (base, axis, length, radius) = cylinder(c, &key, round);
-            shapes.push(Shape::Cylinder {
-                base,
-                axis,
-                length,
-                radius,
-                hollow,
-            });
-        } else {
-            c.require(
-                !hollow,
-                &format!("{key}.hollow"),
-                "goes with box, sphere or cylinder only",
-            );
-        }
-        if let Some(plane) = &wall.plane {
-            shapes.push(Shape::HalfSpace {
-                point: point(plane.point),
-                normal: c.direction(&format!("{key}.plane.normal"), plane.normal),
-            });
-        }
-    }
-    for inlet in &recipe.inlet {
-        if let Some(cannula) = &inlet.cannula {
-            let (base, axis, length) = tube(recipe, inlet, cannula);
-            shapes.push(Shape::Tube {
-                base,
-                axis,
-                length,
-                inner: 0.5 * inlet.diameter.si(),
-                outer: 0.5 * cannula.outer_diameter.si(),
-            });
-        }
-    }
-    shapes
-}
-
-/// The tube reaches at least one support radius behind the plane where cement enters, so that cement which waits
-/// there to come in has walls as well: base, axis, length.
-fn tube(recipe: &Recipe, inlet: &InletRecipe, cannula: &CannulaRecipe) -> (Vec3, Vec3, Real) {
-    let axis = Vec3::from(inlet.direction)
-        .try_normalize(1e-12)
-        .unwrap_or(Vec3::z());
-    let simulated = cannula.length.si() + recipe.support_ratio * recipe.spacing.si();
-    let length = cannula.shaft.map_or(simulated, |l| simulated.max(l.si()));
-    (point(inlet.position) - axis * length, axis, length)
-}
-
-pub(super) fn meshes(recipe: &Recipe, folder: &Path) -> Vec<MeshFile> {
-    let meshes = recipe.wall.iter().filter_map(|wall| wall.mesh.as_ref());
-    meshes
-        .map(|mesh| MeshFile {
-            path: folder.join(&mesh.path),
-            unit: mesh.unit,
-            up: mesh.up,
-        })
-        .collect()
 }
 
 pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Option<Bone> {
@@ -261,6 +177,7 @@ pub(super) fn bone(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Optio
             path: folder.join(&bone.mesh),
             unit: bone.unit,
             up: bone.up,
+            at: Vec3::zeros(),
         },
         frame: bone.frame,
         settings: BoneSettings {

@@ -4,7 +4,9 @@ use super::*;
 
 /// A drop of 200 or so particles, flattened on a floor that they stand off from by `gap` spacings.
 fn pancake(gap: f64) -> Frame {
-    let mut points = fill(8, Vec3::new(0.3, 0.1, gap), |p| p.xy().norm() < 6.0 && p.z < 2.5);
+    let mut points = fill(8, Vec3::new(0.3, 0.1, gap), |p| {
+        p.xy().norm() < 6.0 && p.z < 2.5
+    });
     points.retain(|p| p.z > gap - 0.5);
     frame_of(&points)
 }
@@ -44,12 +46,19 @@ fn a_strut_between_particles_stays_free() {
         }],
         grids: Vec::new(),
     };
-    let points = fill(6, Vec3::new(0.5, 0.5, 0.0), |p| p.norm() < 6.5 && p.z.abs() > 0.75);
+    let points = fill(6, Vec3::new(0.5, 0.5, 0.0), |p| {
+        p.norm() < 6.5 && p.z.abs() > 0.75
+    });
     let frame = frame_of(&points);
     let open = reconstruct(&frame, None, &SurfaceSettings::default());
     let cut = reconstruct(&frame, Some(&strut), &SurfaceSettings::default());
     assert_closed_manifold_oriented(&cut.mesh);
-    let deepest = cut.mesh.positions.iter().map(|p| 0.5 - p.z.abs()).fold(0.0, f64::max);
+    let deepest = cut
+        .mesh
+        .positions
+        .iter()
+        .map(|p| 0.5 - p.z.abs())
+        .fold(0.0, f64::max);
     assert!(deepest < 0.4, "{deepest}");
     let inside = |mesh: &TriMesh| mesh.positions.iter().filter(|p| p.z.abs() < 0.1).count();
     assert!(inside(&open.mesh) > 0 && inside(&cut.mesh) == 0);
@@ -82,7 +91,9 @@ fn smoothing_takes_the_steps_out_of_a_ball_and_leaves_a_thread() {
         };
         let mesh = reconstruct(&frame_of(&thread), None, &settings).mesh;
         let middle = mesh.positions.iter().filter(|p| (5.0..15.0).contains(&p.z));
-        middle.map(|p| (p.xy() - thread[0].xy()).norm()).fold(1.0, f64::min)
+        middle
+            .map(|p| (p.xy() - thread[0].xy()).norm())
+            .fold(1.0, f64::min)
     };
     assert!(thin(50) > 0.9 * thin(0), "{} {}", thin(50), thin(0));
 }
@@ -105,7 +116,10 @@ fn a_slowly_moving_blob_does_not_flicker() {
     for step in 1..12 {
         let now = at(step);
         for k in 0..2 {
-            assert!((now[k] / before[k] - 1.0).abs() < 0.01, "{before:?} {now:?}");
+            assert!(
+                (now[k] / before[k] - 1.0).abs() < 0.01,
+                "{before:?} {now:?}"
+            );
         }
         before = now;
     }
@@ -122,7 +136,11 @@ fn small_pieces_are_left_out_and_counted() {
     let surface = reconstruct(&frame_of(&points), None, &settings);
     assert_closed_manifold_oriented(&surface.mesh);
     assert_eq!(surface.left_out.pieces, 2);
-    assert!((1.0..2.5).contains(&surface.left_out.volume), "{:?}", surface.left_out);
+    assert!(
+        (1.0..2.5).contains(&surface.left_out.volume),
+        "{:?}",
+        surface.left_out
+    );
     assert!(surface.mesh.positions.iter().all(|p| p.norm() < 5.0));
     assert_eq!(surface.normal.len(), surface.mesh.positions.len());
 }
@@ -131,7 +149,10 @@ fn small_pieces_are_left_out_and_counted() {
 fn a_shear_is_measured_and_millilitres_are_counted() {
     let points = fill(6, Vec3::repeat(0.5), |p| p.norm() < 6.0);
     let mut frame = frame_of(&points);
-    frame.velocity = points.iter().map(|p| [3.0 * p.y as f32, 0.0, 0.0]).collect();
+    frame.velocity = points
+        .iter()
+        .map(|p| [3.0 * p.y as f32, 0.0, 0.0])
+        .collect();
     frame.pressure = points.iter().map(|p| 100.0 * p.z as f32).collect();
     frame.id = (0..points.len() as u32).collect();
     frame.rest_volume = 1e-6;
@@ -141,7 +162,11 @@ fn a_shear_is_measured_and_millilitres_are_counted() {
     };
     let surface = reconstruct(&frame, None, &settings);
     for v in 0..surface.mesh.positions.len() {
-        assert!((surface.shear_rate[v] - 3.0).abs() < 0.05, "{}", surface.shear_rate[v]);
+        assert!(
+            (surface.shear_rate[v] - 3.0).abs() < 0.05,
+            "{}",
+            surface.shear_rate[v]
+        );
         let expected = 100.0 * surface.mesh.positions[v].z as f32;
         assert!((surface.pressure[v] - expected).abs() < 60.0);
     }

@@ -145,7 +145,11 @@ fn noise_at_every_node_gives_a_closed_manifold_surface() {
                 let full = [x, y, z].iter().all(|k| inner.contains(k));
                 keys.push([x, y, z]);
                 bricks.push(Brick::Nodes(Box::new(std::array::from_fn(|_| {
-                    if full { random.unit() as f32 - 0.5 } else { -0.5 }
+                    if full {
+                        random.unit() as f32 - 0.5
+                    } else {
+                        -0.5
+                    }
                 }))));
             }
         }
@@ -160,7 +164,8 @@ fn noise_at_every_node_gives_a_closed_manifold_surface() {
     for (key, cuts) in keys.iter().zip(&cuts) {
         for cut in cuts {
             let first = Vec3::from(key.map(|k| f64::from(k * 8)));
-            mesh.positions.push(first + Vec3::from(cut.place().map(f64::from)));
+            mesh.positions
+                .push(first + Vec3::from(cut.place().map(f64::from)));
         }
     }
     mesh.triangles = cubes.triangles(&cuts);
@@ -188,7 +193,11 @@ fn shells(radius: i32) -> Vec<Vec3> {
 #[test]
 fn a_ball_of_shells_is_round() {
     for (radius, volume_error, area_error) in [(5, 0.045, 0.005), (10, 0.02, 0.005)] {
-        let surface = reconstruct(&frame_of(&shells(radius)), None, &SurfaceSettings::default());
+        let surface = reconstruct(
+            &frame_of(&shells(radius)),
+            None,
+            &SurfaceSettings::default(),
+        );
         let radius = f64::from(radius);
         let made = volume(&surface.mesh);
         let error = made / (4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)) - 1.0;

@@ -1,0 +1,103 @@
+//! Fig. 6 of [IMM-CT]: how the polymer's viscosity falls with the shear rate, for γ from 0 to 1.
+
+use super::exact::steady_shear;
+use super::{Bench, Findings, Study, StudyError};
+use crate::fluid::conformation;
+use crate::math::{Mat3, Real, Sym3};
+use crate::report::{Axis, Look, Plot, Series, Table};
+use serde_json::json;
+
+pub(super) const STUDY: Study = Study {
+    name: "thinning",
+    about: "viscosity against shear rate for six thinning factors (Fig. 6)",
+    answer,
+};
+
+/// γ of the paper's curves [1/s].
+const THINNING: [Real; 6] = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0];
+/// λ [s].
+const RELAXATION: Real = 0.5;
+
+fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+    let per_decade = bench.level.pick(3, 10);
+    let mut table = Table::new(&[
+        "flow",
+        "thinning [1/s]",
+        "shear rate [1/s]",
+        "viscosity ratio",
+        "exact",
+        "relative error",
+    ]);
+    let mut plot = Plot {
+        title: "Shear thinning, λ = 0.5 s: exact (curves) and computed"
+            .replace('λ', "relaxation time"),
+        x: Axis::log("shear rate [1/s]"),
+        y: Axis::log("polymer viscosity at rate / at rest without thinning"),
+        series: Vec::new(),
+    };
+    let mut worst: Real = 0.0;
+    for (colour, gamma) in THINNING.into_iter().enumerate() {
+        let ratio = |rate: Real, xy: Real| xy / (RELAXATION * rate);
+        let curve = (-40..=60).map(|k| {
+            let rate = libm::pow(10.0, 0.05 * Real::from(k));
+            [rate, ratio(rate, steady_shear(RELAXATION, gamma, rate).xy)]
+        });
+        let curve = curve.collect();
+        plot.series.push(Series {
+            name: format!("thinning {gamma} /s"),
+            points: curve,
+            look: Look::Curve,
+            colour,
+        });
+        let name = format!("homogeneous-{gamma}");
+        let settings = ("homogeneous", RELAXATION, gamma, per_decade);
+        let (points, _) = bench.run(&name, &settings, || Ok(homogeneous(gamma, per_decade)))?;
+        let mut dots = Vec::new();
+        for [rate, xy] in points {
+            let exact = steady_shear(RELAXATION, gamma, rate).xy;
+            let error = xy / exact - 1.0;
+            worst = worst.max(error.abs());
+            dots.push([rate, ratio(rate, xy)]);
+            table.row(vec![
+                "homogeneous".into(),
+                gamma.into(),
+                rate.into(),
+                ratio(rate, xy).into(),
+                ratio(rate, exact).into(),
+                error.into(),
+            ]);
+        }
+        plot.series.push(Series {
+            name: String::new(),
+            points: dots,
+            look: Look::Dots,
+            colour,
+        });
+    }
+    Ok(Findings {
+        summary: format!(
+            "{} points of homogeneous shear, largest relative error {worst:.1e}",
+            table.len()
+        ),
+        tables: vec![(String::new(), table)],
+        pictures: vec![(String::new(), plot.to_png())],
+        facts: json!({ "largest_error_homogeneous": worst }),
+    })
+}
+
+/// Steady U_xy at shear rates from 0.01 to 1000 1/s, stepped with a tenth of λ' from rest.
+fn homogeneous(gamma: Real, per_decade: i32) -> Vec<[Real; 2]> {
+    let memory = 1.0 / (1.0 / RELAXATION + gamma);
+    let points = 0..=5 * per_decade;
+    let rates = points.map(|k| libm::pow(10.0, Real::from(k) / Real::from(per_decade) - 2.0));
+    rates
+        .map(|rate| {
+            let flow = Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+            let mut u = Sym3::IDENTITY;
+            for _ in 0..400 {
+                u = conformation::advance(&u, &flow, RELAXATION, gamma, 0.1 * memory);
+            }
+            [rate, u.xy]
+        })
+        .collect()
+}
