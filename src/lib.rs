@@ -18,8 +18,8 @@
 //! | 3 | [`bone`] | a bone's mesh → cortical shell, trabeculae, porosity |
 //! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, moving walls, health, ledger |
 //! | 4 | [`cache`] | boundary files, frames, tables on disk |
-//! | 5 | [`surface`] | colour field, marching cubes |
-//! | 5 | [`export`] | OpenVDB files |
+//! | 5 | [`surface`] | colour field, marching cubes, smoothing |
+//! | 5 | [`export`] | OpenVDB, PLY, VTP and USD files |
 //! | 5 | [`preview`] | camera, rasteriser, shading |
 //! | 5 | [`report`] | tables, plots, runs that are kept |
 //! | 6 | [`scene`] | what a recipe says, then what it means |
@@ -61,6 +61,8 @@
 //! | [Ericson05] | C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005) |
 //! | [Latecki95] | L. Latecki, U. Eckhardt, A. Rosenfeld, "Well-composed sets", Comput. Vis. Image Underst. 61 (1995) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
+//! | [Loeschner23] | F. Löschner, T. Böttcher, S. Rhys Jeske, J. Bender, "Weighted Laplacian smoothing for surface reconstruction of particle-based fluids", VMV 2023 |
+//! | [Wang04] | Z. Wang, A. Bovik, H. Sheikh, E. Simoncelli, "Image quality assessment: from error visibility to structural similarity", IEEE TIP 13 (2004) |
 //! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

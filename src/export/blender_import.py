@@ -74,6 +74,7 @@ def import_surfaces(frames):
     things = {}
     for frame in frames:
         path = os.path.join(HERE, "surface", f"cement.{frame:04}.obj")
+        # The start may have no cement yet, and only some frames may have been written.
         if not os.path.exists(path):
             continue
         before = set(bpy.data.objects)
@@ -91,11 +92,13 @@ def import_surfaces(frames):
 
 def import_volume(frames):
     folder = os.path.join(HERE, "vdb") + os.sep
+    frames = [frame for frame in frames if os.path.exists(f"{folder}cement.{frame:04}.vdb")]
     files = [{"name": f"cement.{frame:04}.vdb"} for frame in frames]
+    before = set(bpy.data.objects)
     bpy.ops.object.volume_import(
         filepath=folder + files[0]["name"], directory=folder, files=files, align="WORLD", location=(0, 0, 0)
     )
-    thing = bpy.context.object
+    (thing,) = set(bpy.data.objects) - before
     thing.name = "Cement volume"
     thing.rotation_euler = (math.pi / 2, 0, 0)
     volume = thing.data
@@ -103,6 +106,9 @@ def import_volume(frames):
     volume.frame_start = frames[0]
     volume.frame_offset = frames[0] - 1
     volume.frame_duration = len(frames)
+    # The name is looked for among the grids, so one file has to be open.
+    bpy.context.scene.frame_set(frames[0])
+    volume.grids.load()
     volume.velocity_grid = TAKE["velocity"]
     volume.velocity_unit = "SECOND"
     # Where the surface is shown, the fog is for those who ask for it.
@@ -125,6 +131,9 @@ def render(path, things, frame):
     scene = bpy.context.scene
     scene.frame_set(frame)
     thing = things[frame]
+    # A new scene comes with a cube, two metres wide, and a lamp.
+    for other in set(scene.objects) - set(things.values()):
+        other.hide_render = True
     corners = numpy.array([thing.matrix_world @ vertex.co for vertex in thing.data.vertices])
     low, high = corners.min(0), corners.max(0)
     size = float(numpy.linalg.norm(high - low))
@@ -135,13 +144,14 @@ def render(path, things, frame):
     target = bpy.data.objects.new("Target", None)
     target.location = middle
     look = eye.constraints.new("TRACK_TO")
-    look.target = target
+    look.target, look.track_axis, look.up_axis = target, "TRACK_NEGATIVE_Z", "UP_Y"
     sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy, sun.rotation_euler = 3, (0.6, 0.3, 0)
     for added in (eye, target, sun):
         scene.collection.objects.link(added)
     scene.camera = eye
-    scene.world = scene.world or bpy.data.worlds.new("World")
+    scene.world = bpy.data.worlds.new("Sky")
+    scene.world.color = (0.6, 0.65, 0.7)
     scene.render.engine = "CYCLES"
     scene.cycles.samples = 16
     scene.cycles.use_denoising = False

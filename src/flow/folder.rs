@@ -182,6 +182,16 @@ impl Folder {
         self.root.join(format!("preview/{view}.{n:04}.png"))
     }
 
+    /// All views at some times on one picture.
+    pub fn contact_sheet(&self) -> PathBuf {
+        self.root.join("preview/contact.png")
+    }
+
+    /// All frames in one view, one after the other.
+    pub fn animation(&self, view: &str) -> PathBuf {
+        self.root.join(format!("preview/{view}.animation.png"))
+    }
+
     /// What a stage noted when it finished.
     pub fn stamp(&self, stage: Stage) -> PathBuf {
         self.root.join(format!("stamps/{stage}.json"))

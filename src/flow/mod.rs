@@ -4,7 +4,9 @@ mod error;
 mod export;
 mod folder;
 mod frames;
+mod golden;
 mod movers;
+mod overview;
 mod preview;
 mod simulate;
 mod stage;
@@ -15,6 +17,7 @@ mod voxelise;
 pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
+pub use golden::Golden;
 pub use stage::Stage;
 
 use crate::cache::{self, Frame};

@@ -1,6 +1,6 @@
 //! Frames and walls → `preview/`: one picture a frame and view.
 
-use super::{FlowError, Job, Observer, each_frame};
+use super::{FlowError, Job, Observer, each_frame, overview};
 use crate::cache::{self, Frame};
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
@@ -40,7 +40,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
         }
         Ok(())
     })?;
-    Ok(())
+    overview::write(job)
 }
 
 /// What stands around the cement.
@@ -256,7 +256,7 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
     render(&scene, &job.scene.preview.picture)
 }
 
-fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
+pub(super) fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
     let mut bytes = Vec::new();
     let (width, height) = picture.dimensions();
     PngEncoder::new(&mut bytes)

@@ -16,9 +16,10 @@ const RESTORES: usize = 2;
 
 /// How far each vertex follows its neighbours [1] if so many particles are around it.
 ///
-/// In the middle of a lattice, Σ (1 − q²)₊ is 13 at a support of four particle radii; weights are [Loeschner23]'s.
+/// In the middle of a lattice, Σ (1 − q²)₊ is 13.5 at a support of four particle radii, of which the particle itself is
+/// one; the weights are [Loeschner23]'s.
 pub(super) fn weight(neighbours: f32) -> f32 {
-    let x = (neighbours / 13.0).clamp(0.0, 1.0);
+    let x = ((neighbours - 1.0) / 12.5).clamp(0.0, 1.0);
     x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 }
 

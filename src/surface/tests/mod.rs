@@ -241,7 +241,7 @@ fn bodies_cut_from_a_lattice_keep_their_volume() {
 #[test]
 fn faces_of_a_slab_lie_half_a_spacing_outside_its_particles() {
     let points = fill(15, Vec3::repeat(0.5), |p| p.z.abs() < 5.0);
-    let surface = reconstruct(&frame_of(&points), None, &SurfaceSettings::default());
+    let surface = reconstruct(&frame_of(&points), None, &with_cube(0.5));
     let mut seen = 0;
     for (p, n) in surface.mesh.positions.iter().zip(&surface.normal) {
         if p.x.abs() < 8.0 && p.y.abs() < 8.0 {
