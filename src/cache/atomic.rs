@@ -2,7 +2,8 @@
 
 use super::CacheError;
 use serde::Serialize;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Write;
 use std::path::Path;
 
 /// Writes a file, making its folder if need be.
@@ -13,8 +14,17 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
     }
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".partial");
-    fs::write(&temporary, bytes).map_err(failed)?;
-    fs::rename(&temporary, path).map_err(failed)
+    let written = File::create(&temporary).and_then(|mut file| {
+        file.write_all(bytes)?;
+        // On disk before it takes the place of what was there: not even a power cut leaves half of it.
+        file.sync_data()?;
+        fs::rename(&temporary, path)
+    });
+    written.map_err(|e| {
+        // What is half written is of no use, and may be what fills the disk.
+        let _ = fs::remove_file(&temporary);
+        failed(e)
+    })
 }
 
 /// Writes readable JSON.

@@ -1,16 +1,18 @@
-//! What stages leave for one another on disk: boundary files, frames, tables.
+//! What stages leave for one another on disk: boundary files, frames, tables, the state of a stopped run.
 
 mod atomic;
 mod boundary;
 mod container;
 mod error;
 mod frame;
+mod restart;
 mod table;
 
 pub use atomic::{write, write_json};
 pub use boundary::{read_solid, read_walls, write_solid, write_walls};
 pub use error::CacheError;
 pub use frame::{read_frame, write_frame};
+pub use restart::{Restart, read_restart, write_restart};
 pub use table::Table;
 
 /// One picture of the cement in time: what `surface`, `export` and `preview` read.

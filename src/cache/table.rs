@@ -1,7 +1,7 @@
 //! A table that grows by a row at a time and can be read while it does.
 
-use super::CacheError;
-use std::fs::File;
+use super::{CacheError, atomic};
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,26 @@ impl Table {
         };
         table.line(&columns.join(","))?;
         Ok(table)
+    }
+
+    /// Goes on with a table of the same columns after its first `rows` rows; what follows is dropped, and so is a row
+    /// that was cut short.
+    pub fn resume(path: &Path, columns: &[&str], rows: usize) -> Result<Self, CacheError> {
+        let text = fs::read_to_string(path).map_err(|e| CacheError::io(path, e))?;
+        let mut lines = text.split_inclusive('\n');
+        let header = lines.next().unwrap_or_default();
+        let kept: Vec<&str> = lines.filter(|l| l.ends_with('\n')).take(rows).collect();
+        if header.trim_end() != columns.join(",") || kept.len() != rows {
+            let what = format!("it has not the {rows} rows that it should have by now");
+            return Err(CacheError::damaged(path, what));
+        }
+        atomic::write(path, [&[header], &kept[..]].concat().concat().as_bytes())?;
+        let file = File::options().append(true).open(path);
+        Ok(Self {
+            path: path.to_owned(),
+            file: file.map_err(|e| CacheError::io(path, e))?,
+            columns: columns.len(),
+        })
     }
 
     /// Adds a row: one value a column, as text without commas.
@@ -53,6 +73,16 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text, "frame,volume\n1,3e-7\n");
         table.row(&["2".into(), "none".into()]).unwrap();
+        fs::write(&path, "frame,volume\n1,3e-7\n2,4\n3,").unwrap();
+        let columns = ["frame", "volume"];
+        assert!(Table::resume(&path, &columns, 3).is_err());
+        assert!(Table::resume(&path, &["frame", "other"], 1).is_err());
+        let mut table = Table::resume(&path, &columns, 1).unwrap();
+        table.row(&["2".into(), "none".into()]).unwrap();
+        assert_eq!(
+            fs::read_to_string(&path).unwrap(),
+            "frame,volume\n1,3e-7\n2,none\n"
+        );
         assert!(
             std::fs::read_to_string(&path)
                 .unwrap()

@@ -185,6 +185,9 @@ pub(super) struct WorkArguments {
     /// Only these frames, for example 1..48 (both included); for what comes after the simulation.
     #[arg(long, value_name = "FIRST..LAST")]
     pub frames: Option<FrameRange>,
+    /// Goes on with a simulation that was stopped, at the last state that it saved.
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
     /// Works even on what is up to date, in a folder of something else, and with --frames on the frames of a
     /// simulation that did not reach its end.
     #[arg(long)]

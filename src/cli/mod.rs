@@ -18,6 +18,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 /// Runs the command line; usage errors end the process with 2, as clap has it.
 pub fn main() -> ExitCode {
@@ -123,6 +124,8 @@ fn run_stages(
     let show = &mut |event: Event<'_>| progress.show(&event);
     let mut job = Job::open(recipe, &work.recipe.overrides, &out, work.force, show)?;
     job.frames = work.frames;
+    job.resume = work.resume;
+    heed_signals(&job);
     for &stage in stages {
         job.run(stage, show)?;
     }
@@ -131,6 +134,18 @@ fn run_stages(
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
     }
     Ok(job)
+}
+
+/// The first signal lets a step or a frame come to its end and be kept; the second ends the program at once.
+fn heed_signals(job: &Job) {
+    let stop = job.stop.clone();
+    let handler = move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    // Without a handler a signal ends the program: the state that was written last is kept.
+    let _ = ctrlc::set_handler(handler);
 }
 
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> FlowError {
@@ -150,7 +165,8 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 worse than it was, or looks different.
+/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 worse than it was or looks different,
+/// 75 stopped by a signal.
 fn code(error: &Failure) -> u8 {
     let error = match error {
         Failure::Flow(error) => error,
@@ -170,7 +186,10 @@ fn code(error: &Failure) -> u8 {
         | FlowError::Bone(_)
         | FlowError::Sim(SimError::TooMany(..)) => 3,
         FlowError::Sim(SimError::Diverged { .. }) => 4,
+        FlowError::Stopped { .. } => 75,
         FlowError::Cache(_)
+        | FlowError::Unfinished { .. }
+        | FlowError::Changed { .. }
         | FlowError::Occupied { .. }
         | FlowError::Missing { .. }
         | FlowError::Io { .. } => 1,

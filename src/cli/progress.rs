@@ -82,11 +82,11 @@ struct FrameLine<'a>(&'a FrameReport);
 impl fmt::Display for FrameLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let report = self.0;
-        let done = f64::from(report.frame) / f64::from(report.last);
-        let left = if report.frame == 0 {
-            "--:--".to_owned()
+        let [start, end] = report.span;
+        let left = if report.time > start {
+            clock(report.elapsed * (end - report.time) / (report.time - start))
         } else {
-            clock(report.elapsed / done - report.elapsed)
+            "--:--".to_owned()
         };
         write!(
             f,
@@ -126,13 +126,14 @@ mod tests {
             limit: "elastic",
             iterations: 9,
             compression: 2.3e-3,
+            span: [0.0, 10.0],
             elapsed: 37.0,
         };
         assert_eq!(
             FrameLine(&report).to_string(),
             "frame 37/250  t=1.48 s  dt=0.41 ms (elastic)  it=9  compression 0.23 %  ETA 03:33"
         );
-        report.frame = 0;
+        report.time = 0.0;
         assert!(FrameLine(&report).to_string().ends_with("ETA --:--"));
         assert_eq!(clock(3723.4), "1:02:03");
     }

@@ -35,6 +35,29 @@ pub enum FlowError {
         /// What has to come before.
         needed: Stage,
     },
+    /// A simulation that was stopped, and is asked for again as if it had not been.
+    #[error(
+        "this simulation was stopped at t = {time:.4} s: give --resume to go on, or --force to begin again"
+    )]
+    Unfinished {
+        /// How far it came [s].
+        time: f64,
+    },
+    /// Another simulation than the one that was stopped.
+    #[error(
+        "the stopped simulation was another one: {} changed since; without --resume it begins again",
+        .keys.join(", ")
+    )]
+    Changed {
+        /// What differs.
+        keys: Vec<String>,
+    },
+    /// A signal asked for it.
+    #[error("stopped{}; what is done is kept, --resume goes on", .time.map_or(String::new(), |t| format!(" at t = {t:.4} s")))]
+    Stopped {
+        /// How far the simulation came [s], if it was that.
+        time: Option<f64>,
+    },
     /// `--frames` that selects nothing.
     #[error("--frames {range}: there are frames {first} to {last}")]
     NoFrames {

@@ -117,6 +117,21 @@ impl Folder {
         self.root.join(format!("boundary/mover{n}.obj"))
     }
 
+    /// The state of a simulation that has not ended.
+    pub fn restart(&self) -> PathBuf {
+        self.root.join("restart/state.osf")
+    }
+
+    /// The state that was written before that.
+    pub fn restart_before(&self) -> PathBuf {
+        self.root.join("restart/before.osf")
+    }
+
+    /// What the states belong to.
+    pub fn restart_origin(&self) -> PathBuf {
+        self.root.join("restart/origin.json")
+    }
+
     /// How the simulation went.
     pub fn simulation_report(&self) -> PathBuf {
         self.root.join("simulation.json")

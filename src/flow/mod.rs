@@ -8,6 +8,7 @@ mod golden;
 mod movers;
 mod overview;
 mod preview;
+mod restart;
 mod simulate;
 mod stage;
 mod stamp;
@@ -27,6 +28,8 @@ use serde_json::{Value, json};
 use stamp::{Inputs, Stamp};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// A recipe and the folder where its results go.
@@ -38,6 +41,10 @@ pub struct Job {
     pub folder: Folder,
     /// Only these frames, for the stages after the simulation.
     pub frames: Option<FrameRange>,
+    /// Go on with a simulation that was stopped.
+    pub resume: bool,
+    /// Set from outside: stop as soon as what is done can be kept.
+    pub stop: Arc<AtomicBool>,
     /// Run even what is fresh; chosen frames, even if the simulation did not reach its end.
     pub force: bool,
 }
@@ -83,7 +90,9 @@ pub struct FrameReport {
     pub iterations: usize,
     /// Mean excess of density at the last frame [1].
     pub compression: f64,
-    /// Wall-clock time since the start [s].
+    /// Simulated time at which this run began, and at which it will end [s].
+    pub span: [f64; 2],
+    /// Wall-clock time since it began [s].
     pub elapsed: f64,
 }
 
@@ -110,6 +119,8 @@ impl Job {
             scene,
             folder,
             frames: None,
+            resume: false,
+            stop: Arc::default(),
             force,
         })
     }
@@ -145,12 +156,22 @@ impl Job {
             observer(Event::Fresh(stage));
             return Ok(());
         }
+        self.heed(None)?;
+        let goes_on = match &inputs {
+            Some(inputs) if stage == Stage::Simulate => restart::goes_on(self, inputs, observer)?,
+            _ => false,
+        };
         observer(Event::Started(stage));
         let started = Instant::now();
         if !partial {
             // Stamp first: results that are being replaced must not count as finished.
             self.folder.clear(&[&format!("stamps/{stage}.json")])?;
+        }
+        if !partial && !goes_on {
             self.folder.clear(stage.owns())?;
+            if stage == Stage::Simulate {
+                self.folder.clear(&["restart"])?;
+            }
         }
         work(self, observer)?;
         let seconds = started.elapsed().as_secs_f64();
@@ -159,6 +180,14 @@ impl Job {
             self.write_run_info()?;
         }
         observer(Event::Finished { stage, seconds });
+        Ok(())
+    }
+
+    /// Ends the work if a stop was asked for; `time` [s] is how far a simulation came.
+    fn heed(&self, time: Option<f64>) -> Result<(), FlowError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(FlowError::Stopped { time });
+        }
         Ok(())
     }
 
@@ -197,6 +226,7 @@ fn each_frame<T: Send>(
 ) -> Result<Vec<T>, FlowError> {
     let mut results = Vec::new();
     for pair in job.folder.frames(job.frames)?.chunks(2) {
+        job.heed(None)?;
         let done = pair
             .par_iter()
             .map(|&n| work(&cache::read_frame(&job.folder.frame(n))?))

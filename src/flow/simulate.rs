@@ -1,11 +1,14 @@
-//! Walls → `frames/`, `stats.csv` and `simulation.json`.
+//! Walls → `frames/`, `stats.csv` and `simulation.json`; a state to go on from, now and then, in `restart/`.
 
-use super::{Event, FlowError, FrameReport, Job, Observer, movers};
+use super::restart::{self, Record, Saver};
+use super::stamp::Inputs;
+use super::{Event, FlowError, FrameReport, Job, Observer, Stage, movers};
 use crate::cache::{self, Frame, Table};
 use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Simulation, StepReport};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowError> {
@@ -13,78 +16,105 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     let solid = cache::read_solid(&job.folder.solid())?;
     let walls = cache::read_walls(&job.folder.walls())?;
     let mut run = Simulation::with_movers(settings, solid, walls, movers::read(job)?)?;
+    let mut record = Record::default();
     let columns: Vec<&str> = ["frame"].into_iter().chain(Ledger::COLUMNS).collect();
-    let mut record = Record {
-        table: Table::create(&job.folder.stats(), &columns)?,
-        steps: 0,
-        converged: 0,
-        most_in_walls: 0,
+    let stats = job.folder.stats();
+    let table = if let Some(restart) = restart::newest(&job.folder)? {
+        record = restart::restore(&job.folder, &mut run, restart)?;
+        Table::resume(&stats, &columns, record.next as usize)?
+    } else {
+        Table::create(&stats, &columns)?
     };
-    let ended = frames(job, &mut run, &mut record, observer);
+    let inputs = Inputs::of(Stage::Simulate, &job.scene, &job.folder)?;
+    let mut course = Course {
+        job,
+        saver: Saver::new(&job.folder, &inputs)?,
+        table,
+        record,
+    };
+    let ended = course.frames(&mut run, observer);
+    if let Err(FlowError::Stopped { .. } | FlowError::Cache(_)) = &ended {
+        return ended;
+    }
     let diverged = ended.as_ref().err().map(ToString::to_string);
-    let summary = summary(job, &mut run, &record, diverged.as_deref())?;
+    let summary = summary(job, &mut run, &course.record, diverged.as_deref())?;
     cache::write_json(&job.folder.simulation_report(), &summary)?;
     ended
 }
 
-/// What adds up over the frames.
-struct Record {
+/// A simulation on its way.
+struct Course<'a> {
+    job: &'a Job,
+    saver: Saver<'a>,
     table: Table,
-    steps: u64,
-    converged: u64,
-    most_in_walls: usize,
+    record: Record,
 }
 
-impl Record {
+impl Course<'_> {
+    /// Runs frame by frame; each is on disk before the next begins.
+    fn frames(
+        &mut self,
+        run: &mut Simulation,
+        observer: &mut Observer<'_>,
+    ) -> Result<(), FlowError> {
+        let (job, sim) = (self.job, &self.job.scene.sim);
+        let last = job.scene.last_frame();
+        let moment = |frame: u32| f64::from(frame) / sim.frames_per_second;
+        let started = Instant::now();
+        let mut report = FrameReport {
+            frame: 0,
+            last,
+            time: run.time,
+            dt: 0.0,
+            limit: "start",
+            iterations: 0,
+            compression: 0.0,
+            span: [run.time, moment(last)],
+            elapsed: 0.0,
+        };
+        for index in self.record.next..=last {
+            report.frame = index;
+            let end = moment(index);
+            while run.time < end {
+                let step = match run.step_towards(end) {
+                    Ok(step) => step,
+                    Err(error) => {
+                        self.enter(index, &run.ledger())?;
+                        return Err(error.into());
+                    }
+                };
+                note(&mut report, run.time, &step);
+                report.elapsed = started.elapsed().as_secs_f64();
+                observer(Event::Step(report));
+                if job.stop.load(Ordering::Relaxed) {
+                    self.saver.save(run, &self.record)?;
+                    job.heed(Some(run.time))?;
+                }
+                self.saver.pass(run, &self.record)?;
+            }
+            let ledger = run.ledger();
+            report.compression = ledger.compression[0];
+            self.enter(index, &ledger)?;
+            cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
+            observer(Event::Frame(report));
+            self.record.next = index + 1;
+        }
+        self.saver.finish(run, &self.record)
+    }
+
     fn enter(&mut self, frame: u32, ledger: &Ledger) -> Result<(), FlowError> {
-        self.steps += ledger.window[0];
-        self.converged += ledger.window[1];
-        self.most_in_walls = self.most_in_walls.max(ledger.in_walls);
+        let record = &mut self.record;
+        record.steps += ledger.window[0];
+        record.converged += ledger.window[1];
+        record.most_in_walls = record.most_in_walls.max(ledger.in_walls);
         let mut row = vec![frame.to_string()];
         row.extend(ledger.row());
         Ok(self.table.row(&row)?)
     }
 }
 
-/// Runs frame by frame; each is on disk before the next begins.
-fn frames(
-    job: &Job,
-    run: &mut Simulation,
-    record: &mut Record,
-    observer: &mut Observer<'_>,
-) -> Result<(), FlowError> {
-    let sim = &job.scene.sim;
-    let last = job.scene.last_frame();
-    let started = Instant::now();
-    let mut report = FrameReport {
-        frame: 0,
-        last,
-        time: 0.0,
-        dt: 0.0,
-        limit: "start",
-        iterations: 0,
-        compression: 0.0,
-        elapsed: 0.0,
-    };
-    for index in 0..=last {
-        report.frame = index;
-        let ended = run.advance_to(f64::from(index) / sim.frames_per_second, |step| {
-            note(&mut report, step);
-            report.elapsed = started.elapsed().as_secs_f64();
-            observer(Event::Step(report));
-        });
-        let ledger = run.ledger();
-        report.compression = ledger.compression[0];
-        record.enter(index, &ledger)?;
-        ended?;
-        cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
-        observer(Event::Frame(report));
-    }
-    Ok(())
-}
-
-fn note(report: &mut FrameReport, step: &StepReport) {
-    report.time += step.dt;
+fn note(report: &mut FrameReport, time: f64, step: &StepReport) {
+    report.time = time;
     report.dt = step.dt;
     report.limit = step.limit.map_or("none", Limit::name);
     report.iterations = step.iterations;

@@ -5,7 +5,7 @@ use crate::cache;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -48,6 +48,42 @@ impl Inputs {
             files: files.into_iter().map(checksum).collect::<Result<_, _>>()?,
             upstream,
         })
+    }
+}
+
+impl Inputs {
+    /// Names of what differs in `now`: keys of the settings, or `files`, `walls`, `version`.
+    pub fn changed(&self, now: &Self) -> Vec<String> {
+        let mut changed = Vec::new();
+        differing("", &self.settings, &now.settings, &mut changed);
+        let others = [
+            ("files", self.files != now.files),
+            ("walls", self.upstream != now.upstream),
+            ("version", self.version != now.version),
+        ];
+        changed.extend(others.iter().filter(|o| o.1).map(|o| o.0.to_owned()));
+        changed
+    }
+}
+
+/// The topmost keys whose values differ; lists are looked into, so that their members' keys are named.
+fn differing(key: &str, a: &Value, b: &Value, changed: &mut Vec<String>) {
+    match (a, b) {
+        _ if a == b => {}
+        (Value::Array(a), Value::Array(b)) if key.is_empty() && a.len() == b.len() => {
+            for (a, b) in a.iter().zip(b) {
+                differing(key, a, b, changed);
+            }
+        }
+        (Value::Object(a), Value::Object(b)) if key.is_empty() => {
+            let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+            for key in keys {
+                if a.get(key) != b.get(key) {
+                    changed.push(key.clone());
+                }
+            }
+        }
+        _ => changed.push("moving walls".to_owned()),
     }
 }
 

@@ -6,6 +6,7 @@ use super::stepper::StepReport;
 use super::time_step::Limit;
 use crate::fluid::{FluidParticles, PerPhase, mixture, stress};
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
+use serde::{Deserialize, Serialize};
 
 /// One line of `stats.csv`.
 #[derive(Clone, Debug, Default)]
@@ -148,15 +149,23 @@ impl Ledger {
 }
 
 /// What adds up between entries.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
+    /// Volume of each phase that became fluid at inlets [m³].
     pub injected: PerPhase<Real>,
+    /// Volume of each phase that left the domain [m³].
     pub escaped: PerPhase<Real>,
+    /// Since the last entry: steps, of which converged.
     pub window: [u64; 2],
+    /// Since the last entry: solver iterations.
     pub iterations: u64,
+    /// Since the last entry: largest strain and unbalanced share left.
     pub residual: [Real; 2],
+    /// Since the last entry: how many steps each limit set.
     pub limits: Vec<(Limit, u64)>,
+    /// Mean and largest of (ψ − 1)⁺ at the last step [1].
     pub compression: [Real; 2],
+    /// The last step.
     pub last: StepReport,
 }
 

@@ -12,15 +12,17 @@ mod settings;
 mod simulation;
 mod solves;
 mod start;
+mod state;
 mod stepper;
 mod time_step;
 
 pub use crate::fluid::{Cement, PhaseMaterial};
 pub use health::{SimError, Symptom};
 pub use inlet::InletState;
-pub use ledger::Ledger;
+pub use ledger::{Ledger, Tally};
 pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
 pub use settings::{Body, BodyShape, Inlet, Scheme, SimSettings, StressStep, TimeStep};
 pub use simulation::{Simulation, StepReport};
+pub use state::{InletProgress, Progress, State};
 pub use time_step::Limit;

@@ -37,7 +37,7 @@ pub struct Simulation {
     solid: Solid,
     walls: Walls,
     movers: Vec<Mover>,
-    tally: Tally,
+    pub(super) tally: Tally,
 }
 
 impl Simulation {
@@ -139,17 +139,22 @@ impl Simulation {
         mut each: impl FnMut(&StepReport),
     ) -> Result<(), SimError> {
         while self.time < end {
-            let left = end - self.time;
-            let report = self.step(left)?;
-            // The last step of a frame lands on it exactly, whatever the sum of steps rounds to.
-            self.time = if report.dt >= left {
-                end
-            } else {
-                self.time + report.dt
-            };
-            each(&report);
+            each(&self.step_towards(end)?);
         }
         Ok(())
+    }
+
+    /// One step, which does not lead beyond `end` [s].
+    pub fn step_towards(&mut self, end: Real) -> Result<StepReport, SimError> {
+        let left = end - self.time;
+        let report = self.step(left)?;
+        // The last step of a frame lands on it exactly, whatever the sum of steps rounds to.
+        self.time = if report.dt >= left {
+            end
+        } else {
+            self.time + report.dt
+        };
+        Ok(report)
     }
 
     fn step(&mut self, left: Real) -> Result<StepReport, SimError> {

@@ -9,9 +9,10 @@ use crate::fluid::{FluidParticles, MixtureFields, bonding};
 use crate::math::{Mat3, Real, Vec3, ordered_max};
 use crate::sph::operators::velocity_gradient;
 use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
+use serde::{Deserialize, Serialize};
 
 /// What a step did.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// dt [s].
     pub dt: Real,

@@ -6,9 +6,11 @@
 
 use super::settings::{Scheme, SimSettings, StressStep, TimeStep};
 use crate::math::Real;
+use serde::{Deserialize, Serialize};
 
 /// What the step is limited by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Limit {
     /// The recipe says so.
     Fixed,

@@ -1,0 +1,203 @@
+//! The state of a stopped simulation on disk.
+
+use super::CacheError;
+use super::container::{self, Container, Element, Finite, Values};
+use crate::fluid::{FluidParticles, PerPhase};
+use crate::math::{Sym3, Vec3};
+use crate::sim::{Progress, State};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const KIND: &str = "restart";
+
+/// What a simulation goes on from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Restart<T> {
+    /// Of the solver.
+    pub state: State,
+    /// Of whoever runs it.
+    pub record: T,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Meta<T> {
+    progress: Progress,
+    record: T,
+}
+
+/// Writes a restart file; once this returns, it survives a power cut.
+pub fn write_restart<T: Serialize>(path: &Path, restart: &Restart<T>) -> Result<(), CacheError> {
+    let State { fluid, progress } = &restart.state;
+    let position = fluid.position.iter().flat_map(|x| [x.x, x.y, x.z]);
+    let velocity = fluid.phase_velocity.iter().flat_map(|v| {
+        let PerPhase { liquid, polymer } = v;
+        [
+            liquid.x, liquid.y, liquid.z, polymer.x, polymer.y, polymer.z,
+        ]
+    });
+    let conformation = fluid
+        .conformation
+        .iter()
+        .flat_map(|u| [u.xx, u.yy, u.zz, u.xy, u.xz, u.yz]);
+    let origin = fluid.origin.iter().map(|&o| u32::from(o));
+    let arrays = [
+        ("position", Values::F64(position.collect())),
+        ("phase_velocity", Values::F64(velocity.collect())),
+        (
+            "polymer_fraction",
+            Values::F64(fluid.polymer_fraction.clone()),
+        ),
+        ("conformation", Values::F64(conformation.collect())),
+        (
+            "pressure",
+            Values::F64(fluid.pressure.as_flattened().to_vec()),
+        ),
+        ("id", Values::U32(fluid.id.clone())),
+        ("origin", Values::U32(origin.collect())),
+    ];
+    let meta = Meta {
+        progress: progress.clone(),
+        record: &restart.record,
+    };
+    container::write(path, KIND, &meta, &arrays)
+}
+
+/// Reads a restart file: every array has one row a particle and holds finite numbers.
+pub fn read_restart<T: DeserializeOwned>(path: &Path) -> Result<Restart<T>, CacheError> {
+    let mut file = Container::read(path, KIND)?;
+    let Meta { progress, record } = file.meta()?;
+    let position: Vec<[f64; 3]> = file.take_points("position", None)?;
+    let count = position.len();
+    let velocity = rows::<f64, 6>(&mut file, "phase_velocity", count)?;
+    let conformation = rows::<f64, 6>(&mut file, "conformation", count)?;
+    let whole = |values: Vec<u32>, what: &str| {
+        if values.len() == count {
+            Ok(values)
+        } else {
+            let what = format!("`{what}` has the wrong length");
+            Err(CacheError::damaged(path, what))
+        }
+    };
+    let id = whole(file.take("id")?, "id")?;
+    let origin = whole(file.take("origin")?, "origin")?;
+    let origin = origin.into_iter().map(u16::try_from);
+    let origin = origin
+        .collect::<Result<_, _>>()
+        .map_err(|_| CacheError::damaged(path, "`origin` holds a number out of range"))?;
+    let fluid = FluidParticles {
+        position: position.into_iter().map(Vec3::from).collect(),
+        phase_velocity: velocity
+            .into_iter()
+            .map(|[a, b, c, d, e, f]| PerPhase {
+                liquid: Vec3::new(a, b, c),
+                polymer: Vec3::new(d, e, f),
+            })
+            .collect(),
+        polymer_fraction: file.take_finite("polymer_fraction", Some(count))?,
+        conformation: conformation
+            .into_iter()
+            .map(|[xx, yy, zz, xy, xz, yz]| Sym3 {
+                xx,
+                yy,
+                zz,
+                xy,
+                xz,
+                yz,
+            })
+            .collect(),
+        pressure: rows::<f64, 2>(&mut file, "pressure", count)?,
+        id,
+        origin,
+    };
+    Ok(Restart {
+        state: State { fluid, progress },
+        record,
+    })
+}
+
+fn rows<T: Element + Finite, const N: usize>(
+    file: &mut Container,
+    name: &str,
+    count: usize,
+) -> Result<Vec<[T; N]>, CacheError> {
+    let flat = file.take_finite::<T>(name, Some(N * count))?;
+    Ok(flat.as_chunks::<N>().0.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stream;
+    use crate::sim::{InletProgress, Tally};
+    use proptest::prelude::*;
+    use std::fs;
+
+    fn restart(particles: usize) -> Restart<(u32, f64)> {
+        let mut random = Stream::new(3, "restart");
+        let mut fluid = FluidParticles::default();
+        for i in 0..particles {
+            fluid.push(random.cube(), random.cube(), random.unit(), i as u32, 3);
+            fluid.phase_velocity[i].polymer = random.cube();
+            fluid.conformation[i].xy = random.unit();
+            fluid.pressure[i] = [random.unit() * 1e5, -0.0];
+        }
+        let tally = Tally {
+            residual: [1e-300, random.unit()],
+            ..Tally::default()
+        };
+        let progress = Progress {
+            time: 0.1 + 0.2,
+            steps: 12,
+            carved: 3,
+            inlets: vec![InletProgress {
+                travelled: random.unit(),
+                pushed: random.unit(),
+                emitted: 1.0 / 3.0,
+                pressure: -random.unit(),
+            }],
+            tally,
+        };
+        Restart {
+            state: State { fluid, progress },
+            record: (7, random.unit()),
+        }
+    }
+
+    #[test]
+    fn states_come_back_with_the_same_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/state.osf");
+        for particles in [0, 1, 500] {
+            let written = restart(particles);
+            write_restart(&path, &written).unwrap();
+            let read = read_restart::<(u32, f64)>(&path).unwrap();
+            assert_eq!(read, written);
+            // −0 equals 0: bits are compared where it matters.
+            let bits = |r: &Restart<_>| -> Vec<u64> {
+                let pressure = r.state.fluid.pressure.as_flattened();
+                pressure.iter().map(|p| p.to_bits()).collect()
+            };
+            assert_eq!(bits(&read), bits(&written));
+        }
+        assert!(super::super::read_frame(&path).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn a_changed_or_missing_byte_never_passes(at in 0_usize..4000, change in 0_u8..) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("state.osf");
+            write_restart(&path, &restart(4)).unwrap();
+            let mut bytes = fs::read(&path).unwrap();
+            let at = at % bytes.len();
+            if change == 0 {
+                bytes.truncate(at);
+            } else {
+                bytes[at] ^= change;
+            }
+            fs::write(&path, bytes).unwrap();
+            prop_assert!(read_restart::<(u32, f64)>(&path).is_err());
+        }
+    }
+}
