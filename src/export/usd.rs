@@ -41,11 +41,12 @@ pub fn scene(take: &Take) -> String {
          \x20               double2[] active = [{2}]\n\
          \x20               double2[] times = [{3}]\n\
          \x20           }}\n        }}\n    )\n    {{\n\
-         \x20       uniform token subdivisionScheme = \"none\"\n    }}\n",
+         \x20       uniform token subdivisionScheme = \"none\"\n{4}    }}\n",
         take.frames_per_second,
         list(take, |_, n| format!("@usd/cement.{n:04}.usda@")),
         list(take, |i, n| format!("({n}, {i})")),
         list(take, |_, n| format!("({n}, {n})")),
+        declared(take),
     );
     text += "\n    def Volume \"Volume\"\n    {\n";
     for grid in take.grids {
@@ -74,18 +75,31 @@ fn list(take: &Take, item: impl Fn(usize, u32) -> String) -> String {
 
 /// `usd/manifest.usda`: what the clips animate.
 pub fn manifest(take: &Take) -> String {
-    let mut text = "#usda 1.0\n\ndef Mesh \"Cement\"\n{\n    point3f[] points\n    int[] faceVertexCounts\n\
-                    \x20   int[] faceVertexIndices\n    float3[] extent\n    vector3f[] velocities\n\
-                    \x20   normal3f[] normals (\n        interpolation = \"vertex\"\n    )\n\
-                    \x20   color3f[] primvars:displayColor (\n        interpolation = \"vertex\"\n    )\n"
-        .to_owned();
-    for name in take.numbers {
-        let _ = writeln!(
-            text,
-            "    float[] primvars:{name} (\n        interpolation = \"vertex\"\n    )"
-        );
+    format!(
+        "#usda 1.0\n\ndef Mesh \"Cement\"\n{{\n{}}}\n",
+        declared(take)
+    )
+}
+
+/// What is animated, without values. The scene has to name it as well, or clients do not look for it.
+fn declared(take: &Take) -> String {
+    let vertex = " (\n            interpolation = \"vertex\"\n        )";
+    let mut text = String::new();
+    for (kind, said) in [
+        ("point3f[] points", ""),
+        ("int[] faceVertexCounts", ""),
+        ("int[] faceVertexIndices", ""),
+        ("float3[] extent", ""),
+        ("vector3f[] velocities", ""),
+        ("normal3f[] normals", vertex),
+        ("color3f[] primvars:displayColor", vertex),
+    ] {
+        let _ = writeln!(text, "        {kind}{said}");
     }
-    text + "}\n"
+    for name in take.numbers {
+        let _ = writeln!(text, "        float[] primvars:{name}{vertex}");
+    }
+    text
 }
 
 /// A frame's layer. Of the columns, the vectors `normal` and `velocity`, the colours and all numbers are used.

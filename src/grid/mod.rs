@@ -2,8 +2,10 @@
 
 mod brick;
 mod connected;
+mod near;
 mod points;
 
 pub use brick::{BRICK, BrickGrid};
 pub use connected::{BrickMask, connected_share};
-pub use points::{NearPoints, PointBricks, kernel, kernel_slope};
+pub use near::{NearPoints, PlaceSums, kernel, kernel_slope};
+pub use points::PointBricks;
