@@ -63,7 +63,7 @@ fn a_shift_a_turn_a_tint_and_a_lost_drop_are_noticed() {
     bench.simulate("start.toml");
     let good = bench.path("good").display().to_string();
     let golden = ["--golden", &good];
-    let with = |more: &[&str]| [&golden[..], more].concat();
+    let with = |more: &[&'static str]| [&golden[..], more].concat();
     let (code, said) = bench.run("preview", "start.toml", &golden);
     assert!(code == Some(2) && said.contains("--bless"), "{said}");
     let (code, said) = bench.run("preview", "start.toml", &with(&["--bless"]));
@@ -73,7 +73,7 @@ fn a_shift_a_turn_a_tint_and_a_lost_drop_are_noticed() {
         assert_eq!(code, Some(0), "{said}");
     }
 
-    let differs = |recipe: &str, more: &[&str]| {
+    let differs = |recipe: &str, more: &[&'static str]| {
         let (code, said) = bench.run("preview", recipe, &with(more));
         assert!(code == Some(5) && said.contains("golden.html"), "{said}");
         assert!(bench.path("out/golden/golden.html").exists());
