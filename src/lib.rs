@@ -42,7 +42,9 @@
 //! Tried and left: viscosity with 2(d + 2) pairs (15 % too little on a lattice along its axes at support ratio 2.4: the
 //! compact Laplacian is used everywhere); pressure that may pull in closed bodies (tensile instability in a shear wave);
 //! only a share of the compression undone in a step (0.5, 0.25, 0.1: pressure at the inlet no steadier, compression
-//! higher); particles held outside the true surface (see `sim::motion`).
+//! higher; undone over a *time* instead, `sim::solves`, the inlet pressure no longer depends on the step: needle of
+//! 8 mm, steps of 1, 1/4, 1/10 of the CFL limit, 8351, 8353, 8351 Pa, where it was 8351, 8947, 9079 Pa with spikes of
+//! 150 kPa); gaps closed over that time as well (a sheared lattice locks); particles held outside the true surface (see `sim::motion`).
 //!
 //! # Citations
 //!

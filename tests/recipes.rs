@@ -8,6 +8,7 @@ use osteoflow::mesh::{LengthUnit, MeshDistance, read_obj};
 use osteoflow::scene;
 use osteoflow::sim::TimeStep;
 use osteoflow::solid::Shape;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 fn recipes() -> Vec<PathBuf> {
@@ -40,6 +41,75 @@ fn every_recipe_resolves_and_its_lock_means_the_same() {
         same.warnings.clear();
         scene.warnings.clear();
         assert_eq!(same, scene);
+    }
+}
+
+/// Every key of a filled-in recipe is in the schema, which allows no others; each has its sentence.
+fn in_schema(value: &toml::Value, schema: &Value, root: &Value, path: &str) {
+    let named = |schema: &Value| {
+        let name = schema["$ref"]
+            .as_str()
+            .and_then(|r| r.strip_prefix("#/$defs/"));
+        name.map(|name| root["$defs"][name].clone())
+    };
+    let mut schema = named(schema).unwrap_or_else(|| schema.clone());
+    if let Some(options) = schema["anyOf"].as_array() {
+        let some = options.iter().find(|option| option["type"] != "null");
+        let some = some.expect("not only null").clone();
+        schema = named(&some).unwrap_or(some);
+    }
+    match value {
+        toml::Value::Table(table) => {
+            assert_eq!(schema["additionalProperties"], false, "{path}");
+            for (key, inner) in table {
+                let known = &schema["properties"][key];
+                assert!(known["description"].is_string(), "{path}.{key}: {known}");
+                in_schema(inner, known, root, &format!("{path}.{key}"));
+            }
+        }
+        toml::Value::Array(items) => {
+            for item in items {
+                in_schema(item, &schema["items"], root, &format!("{path}[]"));
+            }
+        }
+        toml::Value::String(_) => {
+            let text = schema["type"] == "string"
+                || schema["type"][0] == "string"
+                || schema["enum"].is_array()
+                || schema["oneOf"].is_array();
+            assert!(text, "{path}: {schema}");
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn the_schema_knows_every_key_of_every_recipe() {
+    let schema = scene::schema();
+    for path in recipes() {
+        let (recipe, _) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let value: toml::Value = toml::from_str(&recipe.to_toml()).expect("TOML");
+        in_schema(&value, &schema, &schema, "");
+    }
+}
+
+/// Coarser where that is possible, a third of the time, and still a recipe.
+#[test]
+fn every_recipe_has_a_quick_form() {
+    for path in recipes() {
+        let (full, _) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let quick = scene::load_as(&path, &[], scene::Recipe::quick);
+        let (quick, scene) = quick.unwrap_or_else(|e| panic!("{e}"));
+        let ratio = quick.spacing.si() / full.spacing.si();
+        assert!((1.0..=1.6).contains(&ratio), "{}: {ratio}", path.display());
+        assert!(
+            ratio > 1.3 || !full.periodic.is_empty(),
+            "{}",
+            path.display()
+        );
+        let share = quick.duration.si() / full.duration.si();
+        assert!((share - 1.0 / 3.0).abs() < 1e-12);
+        assert!(scene.name.ends_with("(quick)"));
     }
 }
 

@@ -49,13 +49,13 @@ fn beside_splashsurf() {
         let mut file = std::fs::File::create(path).expect("a file");
         ply::write(&mut file, &mesh, &[]).expect("written");
     }
-    println!(
+    eprintln!(
         "{} particles, {} triangles, {} vertices: read {read:.2?}, made {:.2?}, written {:.2?}, in all {:.2?}",
         frame.position.len(),
         mesh.triangles.len(),
         mesh.positions.len(),
-        made - read,
-        start.elapsed() - made,
+        made.saturating_sub(read),
+        start.elapsed().saturating_sub(made),
         start.elapsed(),
     );
 }

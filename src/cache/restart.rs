@@ -150,6 +150,7 @@ mod tests {
             time: 0.1 + 0.2,
             steps: 12,
             carved: 3,
+            caution: Some(1.0 / 7.0),
             inlets: vec![InletProgress {
                 travelled: random.unit(),
                 pushed: random.unit(),

@@ -36,6 +36,8 @@ pub(super) enum Verb {
     Preview(PreviewArguments),
     /// All of these in turn, each only if its results are missing or out of date.
     Run(WorkArguments),
+    /// Prints the JSON Schema of a recipe, for editors.
+    Schema,
     /// Makes a mesh from formulas.
     #[command(subcommand)]
     Make(Shape),
@@ -218,6 +220,9 @@ pub(super) struct RecipeArguments {
     /// Overrides a key of the recipe, for example --set 'inlet[0].flow_rate=4 ml/min'.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub overrides: Vec<String>,
+    /// Coarser by 1.5 and cut to a third of its time and doses: a first look.
+    #[arg(long)]
+    pub quick: bool,
 }
 
 /// What every verb understands.

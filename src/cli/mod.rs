@@ -6,8 +6,8 @@ mod progress;
 mod report;
 mod study;
 
-use crate::flow::{Event, FlowError, Golden, Job, Stage};
-use crate::scene;
+use crate::flow::{self, Event, FlowError, Golden, Job, Stage};
+use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
 use args::{Arguments, Common, PreviewArguments, Verb, WorkArguments};
@@ -53,10 +53,19 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut progress = Progress::new(common.quiet);
     match &arguments.verb {
         Verb::Check { recipe } => {
+            let path = &recipe.recipe;
+            let alter = if recipe.quick {
+                Recipe::quick
+            } else {
+                Recipe::clone
+            };
             let (recipe, scene) =
-                scene::load(&recipe.recipe, &recipe.overrides).map_err(FlowError::from)?;
+                scene::load_as(path, &recipe.overrides, alter).map_err(FlowError::from)?;
             for warning in &scene.warnings {
                 progress.show(&Event::Warning(warning));
+            }
+            for doubt in flow::doubts(&scene)? {
+                progress.show(&Event::Note(path, &doubt));
             }
             if common.json {
                 return print(&report::json(&scene));
@@ -73,6 +82,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(preview) => pictures(preview, common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
+        Verb::Schema => print(&format!("{:#}\n", scene::schema())),
         Verb::Make(shape) => Ok(make::make(shape)?),
         Verb::Verify { cases, work } => study::verify(cases, work, common.quiet, common.json),
         Verb::Study { name, work } => {
@@ -118,11 +128,22 @@ fn run_stages(
     progress: &mut Progress,
 ) -> Result<Job, Failure> {
     let recipe = &work.recipe.recipe;
-    let stem = recipe.file_stem().unwrap_or(recipe.as_os_str());
+    let mut name = recipe.file_stem().unwrap_or(recipe.as_os_str()).to_owned();
+    let quick = work.recipe.quick;
+    if quick {
+        name.push("-quick");
+    }
     let out = work.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("out").join(stem));
+    let out = out.unwrap_or_else(|| Path::new("out").join(name));
     let show = &mut |event: Event<'_>| progress.show(&event);
-    let mut job = Job::open(recipe, &work.recipe.overrides, &out, work.force, show)?;
+    let mut job = Job::open(
+        recipe,
+        &work.recipe.overrides,
+        quick,
+        &out,
+        work.force,
+        show,
+    )?;
     job.frames = work.frames;
     job.resume = work.resume;
     heed_signals(&job);
@@ -185,7 +206,7 @@ fn code(error: &Failure) -> u8 {
         | FlowError::NoFrame { .. }
         | FlowError::Bone(_)
         | FlowError::Sim(SimError::TooMany(..)) => 3,
-        FlowError::Sim(SimError::Diverged { .. }) => 4,
+        FlowError::Sim(SimError::Diverged { .. } | SimError::Unconverged { .. }) => 4,
         FlowError::Stopped { .. } => 75,
         FlowError::Cache(_)
         | FlowError::Unfinished { .. }

@@ -5,6 +5,9 @@ use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+/// Steps are shown no more often than this where lines stay.
+const PLAIN_PAUSE: Duration = Duration::from_secs(5);
+
 /// Turns events into lines.
 pub(super) struct Progress {
     quiet: bool,
@@ -49,8 +52,17 @@ impl Progress {
                     self.shown = Some(Instant::now());
                 }
             }
-            Event::Step(_) => {}
-            Event::Frame(report) => self.line(&FrameLine(report).to_string()),
+            // Off a terminal a plain line now and then: a frame may take an hour.
+            Event::Step(report) => {
+                if self.shown.get_or_insert_with(Instant::now).elapsed() > PLAIN_PAUSE {
+                    self.line(&FrameLine(report).to_string());
+                    self.shown = Some(Instant::now());
+                }
+            }
+            Event::Frame(report) => {
+                self.line(&FrameLine(report).to_string());
+                self.shown = Some(Instant::now());
+            }
         }
     }
 

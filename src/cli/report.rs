@@ -3,6 +3,7 @@
 use crate::bone::Struts;
 use crate::math::Real;
 use crate::scene::Scene;
+use crate::sim::Scheme;
 use serde_json::json;
 use std::fmt::Write;
 
@@ -33,6 +34,24 @@ pub(super) fn text(scene: &Scene) -> String {
         "domain",
         format!("{} × {} × {} mm", extent.x, extent.y, extent.z),
     );
+    let mut fractions: Vec<Real> = sim.bodies.iter().map(|b| b.polymer_fraction).collect();
+    fractions.extend(sim.inlets.iter().map(|inlet| inlet.polymer_fraction));
+    fractions.sort_by(Real::total_cmp);
+    fractions.dedup();
+    for alpha in fractions {
+        // What a slow shear feels; with λ → 0 the polymer is Newtonian.
+        let cement = &sim.cement;
+        let elastic = cement.modulus(alpha) * cement.linear_relaxation_time();
+        let viscosity = match sim.scheme {
+            Scheme::ImmCt => cement.liquid.viscosity + elastic,
+            _ => cement.mixture_viscosity(alpha),
+        };
+        let percent = alpha * 100.0;
+        line(
+            "viscosity",
+            format!("{viscosity:.3} Pa.s at {percent:.1} % polymer, sheared slowly"),
+        );
+    }
     for inlet in &sim.inlets {
         let percent = inlet.polymer_fraction * 100.0;
         let dose = inlet.dose * 1e6;

@@ -1,11 +1,12 @@
 //! How the values of a VDB file are stored: as floats or halves, plain or packed.
 
 use flate2::{Compression, write::ZlibEncoder};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 
 /// Packing of values. All give the same values back.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Codec {
     /// LZ4 over shuffled bytes: quick, and what OpenVDB does by default.

@@ -12,10 +12,11 @@ pub use codec::Codec;
 pub use ply::Column;
 
 use crate::math::{Real, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which volumes are made of a frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExportSettings {
     /// Distance between voxels [spacings].
@@ -35,7 +36,7 @@ pub struct ExportSettings {
 }
 
 /// What else is written of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
     /// The surface with all attributes: `ply/`, for Blender.

@@ -29,10 +29,11 @@ impl Column<'_> {
 
     fn describe(&self) -> String {
         let properties = |kind: &str, names: &[String]| -> String {
-            names
+            let lines: Vec<String> = names
                 .iter()
                 .map(|name| format!("property {kind} {name}\n"))
-                .collect()
+                .collect();
+            lines.concat()
         };
         match self {
             Self::Number(name, _) => properties("float", &[(*name).to_owned()]),
@@ -49,7 +50,7 @@ impl Column<'_> {
         match self {
             Self::Number(_, rows) => out.extend(rows[row].to_le_bytes()),
             Self::Vector(_, rows) => {
-                out.extend(y_up(rows[row]).map(f32::to_le_bytes).as_flattened())
+                out.extend(y_up(rows[row]).map(f32::to_le_bytes).as_flattened());
             }
             Self::Colour(rows) => out.extend(rows[row]),
         }

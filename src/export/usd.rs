@@ -126,7 +126,7 @@ pub fn layer(frame: u32, mesh: &TriMesh, columns: &[Column]) -> Vec<u8> {
     });
     array("int[] faceVertexIndices", &mut |t| {
         put_rows(t, triangles.iter().flatten(), |t, v| {
-            put_digits(t, (*v).into())
+            put_digits(t, (*v).into());
         });
     });
     if !bounds.is_empty() {
@@ -136,7 +136,7 @@ pub fn layer(frame: u32, mesh: &TriMesh, columns: &[Column]) -> Vec<u8> {
         ];
         array("float3[] extent", &mut |t| {
             put_rows(t, corners.iter(), |t, c| {
-                put_tuple(t, [c.x, c.y, c.z], PLACE)
+                put_tuple(t, [c.x, c.y, c.z], PLACE);
             });
         });
     }

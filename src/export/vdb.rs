@@ -228,7 +228,7 @@ fn packed_leaf<T: Voxel>(leaf: &Leaf<T>, background: f32, storage: Storage) -> V
 
 /// The active values of a node.
 fn put_values<T: Voxel>(file: &mut Vec<u8>, active: &[T], storage: Storage) {
-    let numbers = active.iter().flat_map(|value| value.numbers());
+    let numbers = active.iter().flat_map(Voxel::numbers);
     if storage.half {
         // No values are nothing at all, not even the length 0 that full floats have.
         if !active.is_empty() {

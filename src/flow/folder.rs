@@ -67,6 +67,11 @@ impl Folder {
         self.root.join("stats.csv")
     }
 
+    /// Readings of the probes, one row a frame.
+    pub fn probes(&self) -> PathBuf {
+        self.root.join("probes.csv")
+    }
+
     /// Wall particles.
     pub fn walls(&self) -> PathBuf {
         self.root.join("boundary/walls.osf")

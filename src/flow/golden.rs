@@ -5,6 +5,7 @@ use crate::cache;
 use crate::preview::{Comparison, compare, side_by_side};
 use image::RgbImage;
 use serde_json::json;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -58,7 +59,10 @@ impl Job {
                         <p>Good, now, and eight times the difference.</p>\n"
             .to_owned();
         for (name, what) in &differences {
-            page += &format!("<h3>{name}: {what}</h3><img src=\"{name}\" style=\"width:100%\">\n");
+            let _ = writeln!(
+                page,
+                "<h3>{name}: {what}</h3><img src=\"{name}\" style=\"width:100%\">"
+            );
         }
         cache::write(&out.join("golden.html"), page.as_bytes())?;
         let report: Vec<_> = (differences.iter())

@@ -1,5 +1,6 @@
 //! Stages: files in, files out, and only what is stale runs.
 
+mod doubts;
 mod error;
 mod export;
 mod folder;
@@ -15,6 +16,7 @@ mod stamp;
 mod surface;
 mod voxelise;
 
+pub use doubts::doubts;
 pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
@@ -22,7 +24,8 @@ pub use golden::Golden;
 pub use stage::Stage;
 
 use crate::cache::{self, Frame};
-use crate::scene::{self, Finding, Scene};
+use crate::scene::{self, Finding, Recipe, Scene};
+use crate::sim::Simulation;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use stamp::{Inputs, Stamp};
@@ -100,15 +103,17 @@ pub struct FrameReport {
 pub type Observer<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Job {
-    /// Reads the recipe, opens the folder and locks the recipe into it.
+    /// Reads the recipe (made coarser and shorter if `quick`), opens the folder and locks the recipe into it.
     pub fn open(
         recipe: &Path,
         overrides: &[String],
+        quick: bool,
         out: &Path,
         force: bool,
         observer: &mut Observer<'_>,
     ) -> Result<Self, FlowError> {
-        let (said, scene) = scene::load(recipe, overrides)?;
+        let alter = if quick { Recipe::quick } else { Recipe::clone };
+        let (said, scene) = scene::load_as(recipe, overrides, alter)?;
         for warning in &scene.warnings {
             observer(Event::Warning(warning));
         }
@@ -123,6 +128,11 @@ impl Job {
             stop: Arc::default(),
             force,
         })
+    }
+
+    /// The simulation at its start, among the walls that `voxelise` left.
+    pub fn simulation(&self) -> Result<Simulation, FlowError> {
+        simulate::start(self)
     }
 
     /// Runs one stage if its results are missing or stale.

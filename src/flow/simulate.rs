@@ -5,31 +5,52 @@ use super::stamp::Inputs;
 use super::{Event, FlowError, FrameReport, Job, Observer, Stage, movers};
 use crate::cache::{self, Frame, Table};
 use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
-use crate::sim::{Ledger, Limit, Simulation, StepReport};
+use crate::sim::{Ledger, Limit, Probe, Simulation, StepReport};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowError> {
-    let settings = job.scene.sim.clone();
-    let solid = cache::read_solid(&job.folder.solid())?;
-    let walls = cache::read_walls(&job.folder.walls())?;
-    let mut run = Simulation::with_movers(settings, solid, walls, movers::read(job)?)?;
+    let mut run = start(job)?;
     let mut record = Record::default();
-    let columns: Vec<&str> = ["frame"].into_iter().chain(Ledger::COLUMNS).collect();
-    let stats = job.folder.stats();
-    let table = if let Some(restart) = restart::newest(&job.folder)? {
+    if run.carved > 0 {
+        let kept = run.fluid.len();
+        let note = format!(
+            "{} particles overlap with walls at the start and are left out, {kept} stay",
+            run.carved
+        );
+        observer(Event::Note(&job.folder.walls(), &note));
+    }
+    let restart = restart::newest(&job.folder)?;
+    let goes_on = restart.is_some();
+    if let Some(restart) = restart {
         record = restart::restore(&job.folder, &mut run, restart)?;
-        Table::resume(&stats, &columns, record.next as usize)?
-    } else {
-        Table::create(&stats, &columns)?
+    }
+    let table = |path: &Path, columns: &[&str]| {
+        if goes_on {
+            Table::resume(path, columns, record.next as usize)
+        } else {
+            Table::create(path, columns)
+        }
     };
+    let columns: Vec<&str> = ["frame"].into_iter().chain(Ledger::COLUMNS).collect();
+    let stats = table(&job.folder.stats(), &columns)?;
+    let probes = &job.scene.probes;
+    let names: Vec<String> = probes.iter().flat_map(Probe::columns).collect();
+    let columns: Vec<&str> = ["frame", "time_s"]
+        .into_iter()
+        .chain(names.iter().map(String::as_str))
+        .collect();
+    let readings = (!probes.is_empty()).then(|| table(&job.folder.probes(), &columns));
+    let readings = readings.transpose()?;
     let inputs = Inputs::of(Stage::Simulate, &job.scene, &job.folder)?;
     let mut course = Course {
         job,
         saver: Saver::new(&job.folder, &inputs)?,
-        table,
+        stats,
+        readings,
         record,
     };
     let ended = course.frames(&mut run, observer);
@@ -42,11 +63,25 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     ended
 }
 
+/// A simulation at its start, among the walls that `voxelise` left.
+pub(super) fn start(job: &Job) -> Result<Simulation, FlowError> {
+    let solid = cache::read_solid(&job.folder.solid())?;
+    let walls = cache::read_walls(&job.folder.walls())?;
+    let settings = job.scene.sim.clone();
+    Ok(Simulation::with_movers(
+        settings,
+        solid,
+        walls,
+        movers::read(job)?,
+    )?)
+}
+
 /// A simulation on its way.
 struct Course<'a> {
     job: &'a Job,
     saver: Saver<'a>,
-    table: Table,
+    stats: Table,
+    readings: Option<Table>,
     record: Record,
 }
 
@@ -79,6 +114,8 @@ impl Course<'_> {
                 let step = match run.step_towards(end) {
                     Ok(step) => step,
                     Err(error) => {
+                        // The state before the step that failed: with other settings it may go on from there.
+                        self.saver.save(run, &self.record)?;
                         self.enter(index, &run.ledger())?;
                         return Err(error.into());
                     }
@@ -95,11 +132,26 @@ impl Course<'_> {
             let ledger = run.ledger();
             report.compression = ledger.compression[0];
             self.enter(index, &ledger)?;
+            self.read_probes(index, run)?;
             cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
             observer(Event::Frame(report));
             self.record.next = index + 1;
         }
         self.saver.finish(run, &self.record)
+    }
+
+    fn read_probes(&mut self, frame: u32, run: &Simulation) -> Result<(), FlowError> {
+        let Some(table) = &mut self.readings else {
+            return Ok(());
+        };
+        let velocity = run.velocity();
+        let sample = run.sample(&velocity);
+        let mut row = vec![frame.to_string(), run.time.to_string()];
+        for probe in &self.job.scene.probes {
+            let readings = probe.read(sample).into_iter();
+            row.extend(readings.map(|v| v.map_or(String::new(), |v| format!("{v:e}"))));
+        }
+        Ok(table.row(&row)?)
     }
 
     fn enter(&mut self, frame: u32, ledger: &Ledger) -> Result<(), FlowError> {
@@ -109,7 +161,7 @@ impl Course<'_> {
         record.most_in_walls = record.most_in_walls.max(ledger.in_walls);
         let mut row = vec![frame.to_string()];
         row.extend(ledger.row());
-        Ok(self.table.row(&row)?)
+        Ok(self.stats.row(&row)?)
     }
 }
 

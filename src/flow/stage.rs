@@ -54,7 +54,7 @@ impl Stage {
     pub(super) fn owns(self) -> &'static [&'static str] {
         match self {
             Self::Voxelise => &["boundary"],
-            Self::Simulate => &["frames", "stats.csv", "simulation.json"],
+            Self::Simulate => &["frames", "stats.csv", "probes.csv", "simulation.json"],
             Self::Surface => &["surface"],
             Self::Export => &[
                 "vdb",
@@ -84,7 +84,7 @@ impl Stage {
                 "domain": sim.domain,
                 "periodic": sim.periodic,
             }),
-            Self::Simulate => json!([sim, scene.movers]),
+            Self::Simulate => json!([sim, scene.movers, scene.probes]),
             Self::Surface => json!(scene.surface),
             Self::Export => json!([scene.export, scene.surface]),
             Self::Preview => json!([scene.preview, scene.surface]),

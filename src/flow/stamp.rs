@@ -83,7 +83,7 @@ fn differing(key: &str, a: &Value, b: &Value, changed: &mut Vec<String>) {
                 }
             }
         }
-        _ => changed.push("moving walls".to_owned()),
+        _ => changed.push("moving walls or probes".to_owned()),
     }
 }
 

@@ -38,7 +38,7 @@ impl Bench {
     fn job(&self, overrides: &[&str]) -> Job {
         let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
         let recipe = self.folder.path().join("ball.toml");
-        Job::open(&recipe, &overrides, &self.out(), false, &mut |_| {}).unwrap()
+        Job::open(&recipe, &overrides, false, &self.out(), false, &mut |_| {}).unwrap()
     }
 
     /// Runs all stages and says which of them worked.
@@ -167,7 +167,8 @@ fn chosen_frames_are_written_again_and_the_others_stay() {
 fn folders_of_others_are_refused() {
     let bench = Bench::new();
     let recipe = bench.folder.path().join("ball.toml");
-    let open = |out: &Path, set: &[String], force| Job::open(&recipe, set, out, force, &mut |_| {});
+    let open =
+        |out: &Path, set: &[String], force| Job::open(&recipe, set, false, out, force, &mut |_| {});
     let message = |out: &Path, set: &[String]| open(out, set, false).unwrap_err().to_string();
     assert!(message(bench.folder.path(), &[]).contains("not an output folder"));
     bench.job(&[]);

@@ -1,10 +1,11 @@
 //! What an OBJ file does not say of itself: its unit and its vertical axis.
 
 use crate::math::{Real, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Unit of the coordinates in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum LengthUnit {
     /// Metres.
     #[serde(rename = "m")]
@@ -48,7 +49,7 @@ impl std::fmt::Display for LengthUnit {
 }
 
 /// Vertical axis of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpAxis {
     /// As artists' tools have it.

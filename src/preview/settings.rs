@@ -2,6 +2,7 @@
 
 use super::colour::{Colour, from_srgb};
 use crate::math::Real;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Size and finish of a picture.
@@ -30,7 +31,7 @@ impl Default for PictureSettings {
 }
 
 /// The backdrop, and with it the colour of the lettering.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Background {
     /// A light studio wall that darkens towards the floor.

@@ -8,7 +8,7 @@ use crate::export::ExportSettings;
 use crate::math::{Real, Vec3};
 use crate::mesh::{LengthUnit, UpAxis};
 use crate::preview::PictureSettings;
-use crate::sim::{Motion, SimSettings};
+use crate::sim::{Motion, Probe, SimSettings};
 use crate::solid::Shape;
 use crate::surface::SurfaceSettings;
 use serde::Serialize;
@@ -29,6 +29,8 @@ pub struct Scene {
     pub meshes: Vec<MeshFile>,
     /// Walls that move.
     pub movers: Vec<MovingWall>,
+    /// Gauges.
+    pub probes: Vec<Probe>,
     /// The bone.
     pub bone: Option<Bone>,
     /// How the cement's surface is drawn.

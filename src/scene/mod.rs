@@ -4,6 +4,7 @@ mod document;
 mod error;
 mod meaning;
 mod place;
+mod probe;
 mod recipe;
 mod resolve;
 mod show;
@@ -16,6 +17,7 @@ pub use place::{
     InletRecipe, MeshRecipe, MovingRecipe, OscillatingRecipe, PlaneRecipe, Ratio, RegionRecipe,
     SphereRecipe, TurningRecipe, WallRecipe,
 };
+pub use probe::{FluxRecipe, PressureRecipe, ProbeRecipe, ProfileRecipe};
 pub use recipe::{
     Axis, Bonding, CementRecipe, Modulus, PhaseRecipe, Recipe, TimeOrNone, TimeStepRecipe,
 };
@@ -25,11 +27,25 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+/// The JSON Schema of a recipe, for editors that complete and check as one types.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Recipe).to_value()
+}
+
 /// Longer files are no recipes.
 const LONGEST: u64 = 1 << 20;
 
 /// Reads a recipe, applies `path=value` overrides, and checks what comes out.
 pub fn load(path: &Path, overrides: &[String]) -> Result<(Recipe, Scene), SceneError> {
+    load_as(path, overrides, Recipe::clone)
+}
+
+/// The same, with what the recipe says changed by `alter`, such as [`Recipe::quick`].
+pub fn load_as(
+    path: &Path,
+    overrides: &[String],
+    alter: impl Fn(&Recipe) -> Recipe,
+) -> Result<(Recipe, Scene), SceneError> {
     let cannot_read = |source| SceneError::Read {
         path: path.to_owned(),
         source,
@@ -46,7 +62,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(Recipe, Scene), SceneE
         });
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    read(&path.display().to_string(), &text, folder, overrides)
+    read_as(&path.display().to_string(), &text, folder, overrides, alter)
 }
 
 /// As [`load`], from text; `file` is what messages call it, meshes are relative to `folder`.
@@ -56,11 +72,21 @@ pub fn read(
     folder: &Path,
     overrides: &[String],
 ) -> Result<(Recipe, Scene), SceneError> {
+    read_as(file, text, folder, overrides, Recipe::clone)
+}
+
+fn read_as(
+    file: &str,
+    text: &str,
+    folder: &Path,
+    overrides: &[String],
+    alter: impl Fn(&Recipe) -> Recipe,
+) -> Result<(Recipe, Scene), SceneError> {
     let mut document = Document::parse(file, text)?;
     for set in overrides {
         document.r#override(set)?;
     }
-    let recipe = document.recipe()?;
+    let recipe = alter(&document.recipe()?);
     let scene = resolve::resolve(&document, &recipe, folder)?;
     Ok((recipe, scene))
 }

@@ -6,12 +6,14 @@
 use crate::math::Real;
 use crate::mesh::{LengthUnit, UpAxis};
 use crate::units::{FlowRate, Frequency, Length, Quoted, Time, Velocity, Volume};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxRecipe {
     /// Lower corner.
@@ -21,7 +23,7 @@ pub struct BoxRecipe {
 }
 
 /// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereRecipe {
     /// Centre.
@@ -31,7 +33,7 @@ pub struct SphereRecipe {
 }
 
 /// A capped cylinder.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderRecipe {
     /// Centre of the first cap.
@@ -45,7 +47,7 @@ pub struct CylinderRecipe {
 }
 
 /// Everything behind a plane is solid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneRecipe {
     /// A point on it.
@@ -55,7 +57,7 @@ pub struct PlaneRecipe {
 }
 
 /// An ellipsoid along the axes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidRecipe {
     /// Centre.
@@ -65,7 +67,7 @@ pub struct EllipsoidRecipe {
 }
 
 /// Fluid at the start: one region, filled where no wall is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyRecipe {
     /// A box of fluid,
@@ -81,7 +83,7 @@ pub struct BodyRecipe {
 }
 
 /// A solid: one region; with `hollow` everything outside it is solid instead.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallRecipe {
     /// A box,
@@ -106,7 +108,7 @@ pub struct WallRecipe {
 }
 
 /// A wall that turns about an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurningRecipe {
     /// A point on the axis.
@@ -120,7 +122,7 @@ pub struct TurningRecipe {
 }
 
 /// A wall that moves straight on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MovingRecipe {
     /// Where to, how fast.
@@ -132,7 +134,7 @@ pub struct MovingRecipe {
 }
 
 /// A wall that swings to and fro about its place: shift = amplitude · sin(2π frequency t).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OscillatingRecipe {
     /// Half of the whole way.
@@ -144,7 +146,7 @@ pub struct OscillatingRecipe {
 }
 
 /// A mesh file, and what its numbers mean.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshRecipe {
     /// OBJ file, relative to the recipe.
@@ -158,7 +160,7 @@ pub struct MeshRecipe {
 }
 
 /// A bone: its outer surface as a mesh, and what is inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoneRecipe {
     /// OBJ file, relative to the recipe.
@@ -178,7 +180,7 @@ pub struct BoneRecipe {
 }
 
 /// Where the origin and the axes of the recipe lie in the bone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BoneFrame {
     /// Origin in the centre of the vertebral body, x to the left, y to the back, z up.
     #[default]
@@ -190,7 +192,7 @@ pub enum BoneFrame {
 }
 
 /// Trabecular bone somewhere inside: struts of a period, thick by diameter or by the porosity they leave.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionRecipe {
     /// What the report calls it.
@@ -208,7 +210,7 @@ pub struct RegionRecipe {
 }
 
 /// A round opening from which cement is pressed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InletRecipe {
     /// What the tables call it.
@@ -232,7 +234,7 @@ pub struct InletRecipe {
 }
 
 /// A cannula, of which the end is simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CannulaRecipe {
     /// Simulated length, back from the tip.
@@ -284,6 +286,20 @@ impl FromStr for Ratio {
 impl fmt::Display for Ratio {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.liquid, self.polymer)
+    }
+}
+
+impl JsonSchema for Ratio {
+    fn schema_name() -> Cow<'static, str> {
+        "Ratio".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "liquid to polymer by volume",
+            "examples": ["0.45:0.55"],
+        })
     }
 }
 

@@ -3,19 +3,22 @@
 //! Serialised again with all defaults filled in it is `recipe.lock.toml`, which is itself a recipe.
 
 use super::place::{BodyRecipe, BoneRecipe, BoxRecipe, InletRecipe, WallRecipe};
+use super::probe::ProbeRecipe;
 use super::show::PreviewRecipe;
 use crate::export::ExportSettings;
 use crate::math::Real;
-use crate::sim::{Scheme, StressStep};
+use crate::sim::{ElasticWaves, Scheme, StressStep};
 use crate::surface::SurfaceSettings;
 use crate::units::{
-    Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity,
+    Acceleration, Density, Diffusion, Frequency, Length, Quoted, Rate, Time, Viscosity, Volume,
 };
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A whole recipe.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Recipe {
     /// What reports call it.
@@ -26,6 +29,9 @@ pub struct Recipe {
     /// `"coupled"` (steps at the CFL limit) or `"explicit"`.
     #[serde(default = "default_stress")]
     pub stress: StressStep,
+    /// What a coupled step does with elastic waves: `"damped"` (creeping flow) or `"resolved"`.
+    #[serde(default)]
+    pub elastic_waves: ElasticWaves,
     /// Distance between particles at rest.
     pub spacing: Length,
     /// Support radius of the kernel, in spacings.
@@ -69,6 +75,9 @@ pub struct Recipe {
     /// Fluid that comes in.
     #[serde(default)]
     pub inlet: Vec<InletRecipe>,
+    /// Gauges.
+    #[serde(default)]
+    pub probe: Vec<ProbeRecipe>,
     /// How the cement's surface is drawn out of the particles.
     #[serde(default)]
     pub surface: SurfaceSettings,
@@ -84,6 +93,48 @@ impl Recipe {
     /// As text, everything filled in: a recipe that means the same.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a recipe holds nothing that TOML cannot say")
+    }
+
+    /// The same coarser by 1.5 and cut to a third of its time and doses: a look at where it leads.
+    ///
+    /// A periodic axis has to hold a whole number of spacings and two support radii: where that leaves no coarser
+    /// spacing, it stays.
+    #[must_use]
+    pub fn quick(&self) -> Self {
+        let mut recipe = self.clone();
+        recipe.name.push_str(" (quick)");
+        recipe.spacing = Length::from_si(self.coarser());
+        recipe.duration = Time::from_si(self.duration.si() / 3.0);
+        for inlet in &mut recipe.inlet {
+            inlet.dose = Volume::from_si(inlet.dose.si() / 3.0);
+        }
+        recipe
+    }
+
+    fn coarser(&self) -> Real {
+        let (fine, domain) = (self.spacing.si(), &self.domain);
+        let wanted = 1.5 * fine;
+        let along: Vec<Real> = self
+            .periodic
+            .iter()
+            .map(|&axis| domain.max[axis as usize].si() - domain.min[axis as usize].si())
+            .collect();
+        let Some(&first) = along.first() else {
+            return wanted;
+        };
+        let fits = |spacing: &Real| {
+            along.iter().all(|length| {
+                let count = length / spacing;
+                (count - count.round()).abs() < 1e-6 * count
+                    && count >= 2.0 * self.support_ratio + 1.0
+            })
+        };
+        let fewest = (first / wanted).round().clamp(1.0, 1e6);
+        let counts = (0..64).map(|more| first / (fewest + Real::from(more)));
+        counts
+            .take_while(|&dx| dx > fine)
+            .find(fits)
+            .unwrap_or(fine)
     }
 
     /// The recipe with its mesh paths made absolute, so that it can be stored anywhere; they were relative to
@@ -107,7 +158,7 @@ impl Recipe {
 }
 
 /// An axis of space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
     /// To the patient's left in the anatomical frame.
@@ -119,7 +170,7 @@ pub enum Axis {
 }
 
 /// Either `fixed`, or an adaptive step between `min` and `max`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeStepRecipe {
     /// Always this step.
@@ -157,7 +208,7 @@ impl TimeStepRecipe {
 }
 
 /// The material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CementRecipe {
     /// The solvent (monomer).
@@ -181,7 +232,7 @@ pub struct CementRecipe {
 }
 
 /// One phase at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseRecipe {
     /// ρ_k⁰.
@@ -191,7 +242,7 @@ pub struct PhaseRecipe {
 }
 
 /// How the bonding network (Eq. 10) is summed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Bonding {
     /// As printed: saturates below 1.
@@ -201,7 +252,7 @@ pub enum Bonding {
 }
 
 /// The elastic modulus of (Eq. 13).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Modulus {
     /// c η/λ [Pa]: has the Newtonian limit.
@@ -213,6 +264,20 @@ pub enum Modulus {
 /// A time, or the word `"none"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeOrNone(pub Option<Time>);
+
+impl JsonSchema for TimeOrNone {
+    fn schema_name() -> Cow<'static, str> {
+        "TimeOrNone".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "a time with its unit, or \"none\"",
+            "examples": ["0.05 s", "none"],
+        })
+    }
+}
 
 impl Serialize for TimeOrNone {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

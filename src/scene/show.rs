@@ -4,10 +4,11 @@ use super::place::PlaneRecipe;
 use crate::math::Real;
 use crate::preview::Background;
 use crate::units::{Angle, Length};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Pictures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PreviewRecipe {
     /// Width [pixels].
@@ -38,7 +39,7 @@ impl Default for PreviewRecipe {
 }
 
 /// One camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewRecipe {
     /// Its pictures are `preview/<name>.0001.png`.
@@ -92,7 +93,7 @@ fn default_zoom() -> Real {
 }
 
 /// How the bone is shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BoneLook {
     /// Translucent.

@@ -1,5 +1,6 @@
 //! Gravity, friction between the phases, viscosity and polymer stress.
 
+use super::settings::ElasticWaves;
 use super::stepper::Stepper;
 use crate::fluid::{conformation, mixture, stress};
 use crate::math::{Mat3, Real, Sym3, Vec3};
@@ -74,7 +75,9 @@ impl Stepper<'_> {
             .map(|i| {
                 let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
                 let rho = self.mix.density[i];
-                let full = stress::stabiliser_viscosity(cement, modulus, rho, spacing, self.dt);
+                let stretch = largest(&self.fluid.conformation[i]);
+                let full =
+                    stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, true);
                 stabiliser[i] = full.min(0.1 * rho * spacing * spacing / self.dt);
                 stress::of_conformation(modulus, &self.fluid.conformation[i])
                     - self.gradient[i] * stabiliser[i]
@@ -126,6 +129,7 @@ impl Stepper<'_> {
     pub fn solve_viscoelastic(&mut self) {
         let cement = &self.settings.cement;
         let (dt, spacing) = (self.dt, self.settings.spacing);
+        let resolved = self.settings.elastic_waves == ElasticWaves::Resolved;
         let n = self.fluid.len();
         let (b, memory) = stress::implicit_weight(cement, dt);
         let terms: Vec<(Mat3, Real, Real)> = (0..n)
@@ -142,8 +146,9 @@ impl Stepper<'_> {
                     dt,
                 );
                 let stretch = largest(u).max(largest(&predicted));
+                let rho = self.mix.density[i];
                 let stabiliser =
-                    stress::stabiliser_viscosity(cement, modulus, self.mix.density[i], spacing, dt);
+                    stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, resolved);
                 let implicit = (modulus * memory * stretch).max(stabiliser);
                 let tau = stress::of_conformation(modulus, u) * (1.0 - b)
                     + stress::of_conformation(modulus, &predicted) * b

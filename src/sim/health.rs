@@ -26,6 +26,25 @@ pub enum SimError {
         /// What is wrong with it.
         what: Symptom,
     },
+    /// A solver did not reach its goals, whatever the step.
+    #[error(
+        "the solver did not converge in step {step} at t = {time:.6} s, even with dt = {:.3} us: volume strain {strain:.1e} \
+         a step, {:.1} % of the inflow unbalanced; what was computed so far is kept. Try a larger viscosity, a slower \
+         inlet or a finer spacing",
+        .dt * 1e6, .balance * 100.0
+    )]
+    Unconverged {
+        /// Step number.
+        step: u64,
+        /// Simulated time [s].
+        time: Real,
+        /// The last step tried [s].
+        dt: Real,
+        /// Volume strain left over [1].
+        strain: Real,
+        /// Share of the inflow left unbalanced [1].
+        balance: Real,
+    },
     /// The neighbour rows cannot be numbered.
     #[error("the scene holds {0} fluid particles; at most {1} fit: use a coarser spacing")]
     TooMany(usize, usize),

@@ -23,7 +23,7 @@ pub struct InletState {
     pub pushed: Real,
     /// Volume that has become fluid [m³].
     pub emitted: Real,
-    /// Mean pressure of the fluid before the piston [Pa].
+    /// Pressure against the piston: its power per volume pushed [Pa].
     pub pressure: Real,
 }
 
@@ -87,13 +87,14 @@ impl InletState {
         Some(self.row(self.travelled))
     }
 
-    /// Adds the rows behind the opening that lie within `reach` [m] of it, particles of `volume` [m³].
-    pub fn stand(&self, reach: Real, volume: Real, walls: &mut MovingWalls) {
+    /// Adds the rows behind the opening that lie within `reach` [m] of it, particles of `volume` [m³], as those of
+    /// inlet `number`.
+    pub fn stand(&self, number: u16, reach: Real, volume: Real, walls: &mut MovingWalls) {
         let velocity = self.settings.direction * self.speed();
         let mut behind = self.travelled - self.row_distance;
         while behind > -reach - self.row_distance {
             for position in self.row(behind) {
-                walls.push_piston(position, velocity, volume);
+                walls.push_piston(number, position, velocity, volume);
             }
             behind -= self.row_distance;
         }

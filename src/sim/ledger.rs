@@ -45,6 +45,8 @@ pub struct Ledger {
     pub compression: [Real; 2],
     /// Since the last entry: steps, of which converged.
     pub window: [u64; 2],
+    /// Since the last entry: how often a step was taken back.
+    pub retries: u64,
     /// Since the last entry: solver iterations.
     pub iterations: u64,
     /// Since the last entry: largest volume strain left in a step [1], largest unbalanced share of the inflow.
@@ -59,7 +61,7 @@ pub struct Ledger {
 
 impl Ledger {
     /// Column names of [`Ledger::row`], with units.
-    pub const COLUMNS: [&'static str; 31] = [
+    pub const COLUMNS: [&'static str; 32] = [
         "time_s",
         "steps",
         "particles",
@@ -85,6 +87,7 @@ impl Ledger {
         "compression_max",
         "window_steps",
         "window_converged",
+        "retries",
         "iterations",
         "strain_residual",
         "balance_residual",
@@ -139,6 +142,7 @@ impl Ledger {
         );
         reals(&mut row, &self.compression);
         row.extend(self.window.iter().map(u64::to_string));
+        row.push(self.retries.to_string());
         row.push(self.iterations.to_string());
         reals(&mut row, &self.residual);
         reals(&mut row, &[self.dt]);
@@ -157,6 +161,8 @@ pub struct Tally {
     pub escaped: PerPhase<Real>,
     /// Since the last entry: steps, of which converged.
     pub window: [u64; 2],
+    /// Since the last entry: how often a step was taken back.
+    pub retries: u64,
     /// Since the last entry: solver iterations.
     pub iterations: u64,
     /// Since the last entry: largest strain and unbalanced share left.
@@ -174,6 +180,7 @@ impl Tally {
     pub fn add(&mut self, report: &StepReport, compression: &[Real]) {
         self.window[0] += 1;
         self.window[1] += u64::from(report.converged);
+        self.retries += u64::from(report.retries);
         self.iterations += report.iterations as u64;
         self.residual[0] = self.residual[0].max(report.strain);
         self.residual[1] = self.residual[1].max(report.balance);
@@ -195,6 +202,7 @@ impl Tally {
     /// Starts a new window.
     pub fn reset_window(&mut self) {
         self.window = [0; 2];
+        self.retries = 0;
         self.iterations = 0;
         self.residual = [0.0; 2];
         self.limits.clear();
@@ -268,6 +276,7 @@ pub fn enter(
         inlet_pressure: inlets.first().map_or(0.0, |inlet| inlet.pressure),
         compression: tally.compression,
         window: tally.window,
+        retries: tally.retries,
         iterations: tally.iterations,
         residual: tally.residual,
         dt: tally.last.dt,

@@ -7,6 +7,7 @@ mod ledger;
 mod motion;
 mod motion_law;
 mod mover;
+mod probe;
 mod schemes;
 mod settings;
 mod simulation;
@@ -22,7 +23,10 @@ pub use inlet::InletState;
 pub use ledger::{Ledger, Tally};
 pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
-pub use settings::{Body, BodyShape, Inlet, Scheme, SimSettings, StressStep, TimeStep};
+pub use probe::{Gauge, Probe, Sample};
+pub use settings::{
+    Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep,
+};
 pub use simulation::{Simulation, StepReport};
 pub use state::{InletProgress, Progress, State};
 pub use time_step::Limit;

@@ -6,6 +6,7 @@ use super::stepper::Stepper;
 use crate::fluid::transfer;
 use crate::math::{Real, Vec3};
 use crate::solid::Solid;
+use crate::sph::PressureOperator;
 use rayon::prelude::*;
 
 impl Stepper<'_> {
@@ -64,23 +65,12 @@ impl Stepper<'_> {
         }
     }
 
-    /// Mean pressure of the fluid within a support radius of each opening.
-    pub(super) fn measure_inlet_pressure(&mut self) {
-        let reach = self.kernel.support_radius;
-        for inlet in &mut *self.inlets {
-            let near = |i: &usize| {
-                let x = self.fluid.position[*i] - inlet.settings.position;
-                let along = x.dot(&inlet.settings.direction);
-                let across = (x - inlet.settings.direction * along).norm();
-                along.abs() < reach && across < 0.5 * inlet.settings.diameter
-            };
-            let members: Vec<usize> = (0..self.near.len()).filter(near).collect();
-            let sum: Real = members.iter().map(|&i| self.fluid.pressure[i][0]).sum();
-            inlet.pressure = if members.is_empty() {
-                0.0
-            } else {
-                sum / members.len() as Real
-            };
+    /// What the fluid presses against each piston with.
+    fn measure_inlet_pressure(&mut self) {
+        let operator = PressureOperator { near: &self.near };
+        let pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        for (number, inlet) in self.inlets.iter_mut().enumerate() {
+            inlet.pressure = operator.piston_pressure(number as u16, &pressure);
         }
     }
 }

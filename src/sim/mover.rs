@@ -58,6 +58,7 @@ impl Mover {
             walls.volume.push(particles.volume[b]);
             walls.depth.push(Some(self.walls.depth[b]));
             walls.own_sum.push(self.walls.own_sum[b]);
+            walls.inlet.push(None);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::fluid::Cement;
 use crate::math::{Aabb, Real, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A whole simulation: what, where, how finely, how long.
@@ -11,6 +12,8 @@ pub struct SimSettings {
     pub scheme: Scheme,
     /// How the viscoelastic stress is stepped.
     pub stress: StressStep,
+    /// What a coupled step does with elastic waves.
+    pub elastic_waves: ElasticWaves,
     /// Distance between particles at rest [m].
     pub spacing: Real,
     /// Support radius of the kernel, in spacings.
@@ -42,7 +45,7 @@ pub struct SimSettings {
 }
 
 /// The three schemes that the paper compares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// Divergence-free SPH: one velocity, viscosity of the mixture, fractions fixed on particles.
@@ -54,13 +57,24 @@ pub enum Scheme {
 }
 
 /// How viscous and viscoelastic stress are stepped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StressStep {
     /// Explicit stress, pressure solved apart: small steps.
     Explicit,
     /// Velocity, pressure and stress in one implicit solve: steps at the CFL limit.
     Coupled,
+}
+
+/// Elastic waves in a coupled step: whether noise is damped at their cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ElasticWaves {
+    /// Flow that follows its driving, as in bone: waves are damped, noise dies soonest.
+    #[default]
+    Damped,
+    /// Flow that swings: waves longer than eight spacings are kept, and so is more noise.
+    Resolved,
 }
 
 /// Time-step control.

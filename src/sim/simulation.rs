@@ -4,9 +4,11 @@ use super::health::SimError;
 use super::inlet::InletState;
 use super::ledger::{self, Ledger, Tally};
 use super::mover::{Mover, MovingSolid, Surroundings};
-use super::settings::SimSettings;
+use super::probe::Sample;
+use super::settings::{SimSettings, TimeStep};
 pub use super::stepper::StepReport;
 use super::stepper::Stepper;
+use super::time_step::Limit;
 use super::{schemes, start};
 use crate::fluid::{FluidParticles, MixtureFields, mixture};
 use crate::math::{Real, Vec3};
@@ -15,6 +17,11 @@ use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, WallParticles, Wall
 
 /// Neighbour rows are numbered with 32 bits.
 const MOST_PARTICLES: usize = 20_000_000;
+
+/// A step that fails is tried again this much smaller, this often; afterwards steps grow back by a third each.
+const RETRY: Real = 0.4;
+const MOST_RETRIES: u32 = 6;
+const CAUTIOUS_GROWTH: Real = 4.0 / 3.0;
 
 /// State and surroundings of a run.
 pub struct Simulation {
@@ -32,6 +39,8 @@ pub struct Simulation {
     pub carved: usize,
     /// V₀ [m³].
     pub rest_volume: Real,
+    /// Largest step after one that failed [s], if one did lately.
+    pub caution: Option<Real>,
     kernel: Kernel,
     domain: Domain,
     solid: Solid,
@@ -89,6 +98,7 @@ impl Simulation {
             steps: 0,
             carved,
             rest_volume,
+            caution: None,
             kernel,
             domain,
             solid,
@@ -157,8 +167,61 @@ impl Simulation {
         Ok(report)
     }
 
+    /// One step of at most `left` [s]. One that fails its health check or does not converge is taken back and tried
+    /// again smaller, unless the step is fixed; what fails in the end leaves the state before it.
     fn step(&mut self, left: Real) -> Result<StepReport, SimError> {
         self.steps += 1;
+        let TimeStep::Adaptive { min, .. } = self.settings.time_step else {
+            let before = (self.fluid.clone(), self.inlets.clone());
+            let (report, compression, ended) = self.attempt(left);
+            if let Err(error) = ended {
+                (self.fluid, self.inlets) = before;
+                self.steps -= 1;
+                return Err(error);
+            }
+            return Ok(self.accept(report, &compression));
+        };
+        let mut retries = 0;
+        loop {
+            let before = (self.fluid.clone(), self.inlets.clone());
+            let (mut report, compression, ended) = self.attempt(left);
+            report.retries = retries;
+            let error = match ended {
+                Ok(()) if report.converged => {
+                    // After a failure the step grows back slowly.
+                    let natural = report.limit != Some(Limit::Retry);
+                    let grown = report.dt * CAUTIOUS_GROWTH;
+                    self.caution = (!natural).then_some(grown);
+                    return Ok(self.accept(report, &compression));
+                }
+                Ok(()) => SimError::Unconverged {
+                    step: self.steps,
+                    time: self.time,
+                    dt: report.dt,
+                    strain: report.strain,
+                    balance: report.balance,
+                },
+                Err(error) => error,
+            };
+            (self.fluid, self.inlets) = before;
+            if retries == MOST_RETRIES || report.dt <= min {
+                self.steps -= 1;
+                return Err(error);
+            }
+            retries += 1;
+            self.caution = Some((report.dt * RETRY).max(min));
+        }
+    }
+
+    fn accept(&mut self, report: StepReport, compression: &[Real]) -> StepReport {
+        self.tally.add(&report, compression);
+        self.count_injected();
+        self.remove_escaped();
+        report
+    }
+
+    /// The step itself: what it did, ψ of every particle, and whether it went well.
+    fn attempt(&mut self, left: Real) -> (StepReport, Vec<Real>, Result<(), SimError>) {
         let mut stepper = Stepper {
             settings: &self.settings,
             kernel: &self.kernel,
@@ -174,18 +237,15 @@ impl Simulation {
             moving: MovingWalls::default(),
             mix: MixtureFields::default(),
             gradient: Vec::new(),
+            caution: self.caution,
             dt: 0.0,
             time: self.time,
             step: self.steps,
             report: StepReport::default(),
         };
-        schemes::step(&mut stepper, left)?;
-        let report = stepper.report;
+        let ended = schemes::step(&mut stepper, left);
         let compression = std::mem::take(&mut stepper.near.compression);
-        self.tally.add(&report, &compression);
-        self.count_injected();
-        self.remove_escaped();
-        Ok(report)
+        (stepper.report, compression, ended)
     }
 
     /// Particles that leave the domain are gone, and counted.
@@ -246,6 +306,17 @@ impl Simulation {
         phases
             .map(|(v, &alpha)| mixture::mixture_velocity(v, alpha))
             .collect()
+    }
+
+    /// What probes look at; `velocity` as [`Simulation::velocity`] gives it.
+    pub fn sample<'a>(&'a self, velocity: &'a [Vec3]) -> Sample<'a> {
+        Sample {
+            position: &self.fluid.position,
+            velocity,
+            pressure: &self.fluid.pressure,
+            rest_volume: self.rest_volume,
+            spacing: self.settings.spacing,
+        }
     }
 
     /// Support radius [m].

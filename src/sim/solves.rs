@@ -18,6 +18,8 @@ const COUPLED_TOLERANCE: Real = 1e-3;
 /// Share of the inflow that a solve may leave unbalanced.
 const BALANCE: Real = 0.01;
 const MOST_SWEEPS: usize = 600;
+/// Share of a spacing that the flow covers while compression is undone: about a step at the CFL limit.
+const CORRECTION: Real = 0.4;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -29,6 +31,15 @@ impl Stepper<'_> {
     pub(super) fn fastest(&self) -> Real {
         let velocity = &self.mix.velocity;
         ordered_max(velocity.len(), |i| velocity[i].norm()).max(self.driven_speed())
+    }
+
+    /// Time over which compression is undone [s]: that in which the flow, or free fall across a spacing, covers a
+    /// share of a spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp
+    /// that of the flow. (Gaps may close as fast as they like: pressure has no part in that.)
+    fn correction_time(&self) -> Real {
+        let dx = self.settings.spacing;
+        let fall = (self.settings.gravity.norm() * dx).sqrt();
+        CORRECTION * dx / self.fastest().max(fall).max(Real::MIN_POSITIVE)
     }
 
     /// What the pistons push in [m³/s].
@@ -165,10 +176,11 @@ impl Stepper<'_> {
         let n = self.fluid.len();
         let dt = self.dt;
         let operator = PressureOperator { near: &self.near };
+        let correction = dt.max(self.correction_time());
         let excess: Vec<Real> = self
             .excess_volume(&operator)
             .iter()
-            .map(|e| e / dt)
+            .map(|&e| e / if e > 0.0 { correction } else { dt })
             .collect();
         let start: Vec<Vec3> = self
             .mix

@@ -27,6 +27,9 @@ pub struct Progress {
     pub steps: u64,
     /// Particles carved away at the start.
     pub carved: usize,
+    /// Largest step after one that failed [s], if one did lately.
+    #[serde(default)]
+    pub caution: Option<Real>,
     /// Of each inlet.
     pub inlets: Vec<InletProgress>,
     /// What adds up for the tables.
@@ -61,6 +64,7 @@ impl Simulation {
                 time: self.time,
                 steps: self.steps,
                 carved: self.carved,
+                caution: self.caution,
                 inlets: self.inlets.iter().map(inlet).collect(),
                 tally: self.tally.clone(),
             },
@@ -78,6 +82,7 @@ impl Simulation {
         self.time = progress.time;
         self.steps = progress.steps;
         self.carved = progress.carved;
+        self.caution = progress.caution;
         self.tally = progress.tally;
         for (inlet, then) in self.inlets.iter_mut().zip(progress.inlets) {
             inlet.travelled = then.travelled;
@@ -95,8 +100,8 @@ mod tests {
     use crate::fluid::Cement;
     use crate::math::{Aabb, Vec3};
     use crate::sim::{
-        Body, BodyShape, Inlet, Motion, MovingSolid, Path, PhaseMaterial, Scheme, SimSettings,
-        StressStep, TimeStep,
+        Body, BodyShape, ElasticWaves, Inlet, Motion, MovingSolid, Path, PhaseMaterial, Scheme,
+        SimSettings, StressStep, TimeStep,
     };
     use crate::solid::{Shape, Solid, wall_particles};
 
@@ -113,6 +118,7 @@ mod tests {
         let settings = SimSettings {
             scheme,
             stress,
+            elastic_waves: ElasticWaves::Damped,
             spacing: DX,
             support_ratio: 2.4,
             duration: 1.0,

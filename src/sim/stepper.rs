@@ -26,6 +26,8 @@ pub struct StepReport {
     pub strain: Real,
     /// Inflow left unbalanced, of the inflow [1]; 0 where nothing flows in.
     pub balance: Real,
+    /// How often the step was taken back and tried again smaller.
+    pub retries: u32,
     /// Pairs of fluid particles.
     pub pairs: usize,
     /// Static wall particles that touch fluid.
@@ -45,6 +47,8 @@ pub struct Stepper<'a> {
     pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
+    /// Largest step after one that failed [s], if one did lately.
+    pub caution: Option<Real>,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -56,8 +60,13 @@ impl Stepper<'_> {
     pub fn find_neighbours(&mut self) {
         let mut moving = MovingWalls::default();
         let volume = self.kernel.rest_volume(self.settings.spacing);
-        for inlet in &*self.inlets {
-            inlet.stand(self.kernel.support_radius, volume, &mut moving);
+        for (number, inlet) in self.inlets.iter().enumerate() {
+            inlet.stand(
+                number as u16,
+                self.kernel.support_radius,
+                volume,
+                &mut moving,
+            );
         }
         for mover in self.around.movers {
             mover.stand(self.time, self.domain, &mut moving);
@@ -145,6 +154,9 @@ impl Stepper<'_> {
             if inlet.most_step() < dt {
                 (dt, limit) = (inlet.most_step(), Limit::Dose);
             }
+        }
+        if let Some(caution) = self.caution.filter(|&c| limit != Limit::Fixed && c < dt) {
+            (dt, limit) = (caution, Limit::Retry);
         }
         if limit == Limit::Fixed {
             if left < dt * (1.0 + 1e-9) {

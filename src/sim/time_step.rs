@@ -34,6 +34,8 @@ pub enum Limit {
     Frame,
     /// The dose is complete.
     Dose,
+    /// A step failed and was taken back: smaller ones follow for a while.
+    Retry,
 }
 
 impl Limit {
@@ -51,6 +53,7 @@ impl Limit {
             Self::Diffusion => "diffusion",
             Self::Frame => "frame",
             Self::Dose => "dose",
+            Self::Retry => "retry",
         }
     }
 }

@@ -249,7 +249,7 @@ impl<'a> CoupledSolver<'a> {
         let guess = self.momentum_residual(&x);
         let velocity_goal = goal
             .velocity
-            .min((REDUCTION * guess).max(1e-2 * goal.velocity));
+            .min((REDUCTION * guess).max(1e-3 * goal.velocity));
         let mut active: Vec<bool> = (0..n)
             .map(|i| {
                 x[i][3] > 0.0

@@ -68,6 +68,8 @@ pub struct Neighbourhood {
     pub of_wall: Rows<FluidOfWall>,
     /// Velocity of each active wall particle [m/s].
     pub wall_velocity: Vec<Vec3>,
+    /// The inlet whose piston each active wall particle is part of, if it is one.
+    pub wall_inlet: Vec<Option<u16>>,
     /// ω of the body of each active wall particle [rad/s]; empty where nothing turns.
     pub wall_spin: Vec<Vec3>,
     /// Volume of each active wall particle [m³].
@@ -165,6 +167,10 @@ impl Neighbourhood {
                     moving.volume[b - static_count]
                 }
             })
+            .collect();
+        let wall_inlet = active
+            .iter()
+            .map(|&b| b.checked_sub(static_count).and_then(|b| moving.inlet[b]))
             .collect();
         let of_moving = |b: usize, values: &[Vec3]| match b.checked_sub(static_count) {
             Some(b) => values[b],
@@ -292,6 +298,7 @@ impl Neighbourhood {
             wall,
             of_wall,
             wall_velocity,
+            wall_inlet,
             wall_spin,
             wall_volume,
             wall_excess,

@@ -110,6 +110,30 @@ impl PressureOperator<'_> {
             .collect()
     }
 
+    /// Power that the piston of an inlet spends against `pressure`, per volume rate that it pushes [Pa]:
+    /// Σ_i k_i c_i / Σ_i c_i with the source c of its motion alone.
+    pub fn piston_pressure(&self, inlet: u16, pressure: &[Real]) -> Real {
+        let near = self.near;
+        let (mut power, mut rate) = (0.0, 0.0);
+        for b in 0..near.of_wall.len() {
+            if near.wall_inlet[b] != Some(inlet) {
+                continue;
+            }
+            let row = near.of_wall.row(b);
+            let own: Real = row
+                .iter()
+                .map(|p| Real::from(p.share) * pressure[p.i as usize])
+                .sum();
+            for pair in row {
+                let pushed =
+                    near.wall_velocity[b].dot(&vector(pair.gradient)) * near.wall_volume[b];
+                power += pushed * (pressure[pair.i as usize] + own);
+                rate += 2.0 * pushed;
+            }
+        }
+        if rate == 0.0 { 0.0 } else { power / rate }
+    }
+
     /// V_i (ψ_i − 1) + Σ_b S_bi V_b (ψ_b − 1)⁺ [m³]: volume by which the particles are too dense.
     pub fn excess_volume(&self) -> Vec<Real> {
         let near = self.near;

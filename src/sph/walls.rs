@@ -65,6 +65,8 @@ pub struct MovingWalls {
     pub volume: Vec<Real>,
     /// Velocities [m/s].
     pub velocity: Vec<Vec3>,
+    /// The inlet whose piston each is part of, if it is one.
+    pub inlet: Vec<Option<u16>>,
     /// ω of the body that each belongs to [rad/s].
     pub spin: Vec<Vec3>,
     /// How deep inside its solid each lies [m]; none: part of a piston, which carries its velocity to the fluid as
@@ -76,12 +78,13 @@ pub struct MovingWalls {
 
 impl MovingWalls {
     /// Adds a particle of a piston.
-    pub fn push_piston(&mut self, position: Vec3, velocity: Vec3, volume: Real) {
+    pub fn push_piston(&mut self, inlet: u16, position: Vec3, velocity: Vec3, volume: Real) {
         self.position.push(position);
         self.volume.push(volume);
         self.velocity.push(velocity);
         self.spin.push(Vec3::zeros());
         self.depth.push(None);
         self.own_sum.push(0.0);
+        self.inlet.push(Some(inlet));
     }
 }

@@ -89,7 +89,7 @@ impl Surroundings {
     }
 
     /// What is carried at a cut.
-    pub fn at(&self, cut: &Cut) -> Carried {
+    pub fn at(&self, cut: Cut) -> Carried {
         let mut sums = self
             .near
             .place_sums(cut.place(), &self.volume, &self.channels);

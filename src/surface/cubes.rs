@@ -35,17 +35,17 @@ pub struct Cut {
 
 impl Cut {
     /// Direction of the edge.
-    pub fn axis(&self) -> usize {
+    pub fn axis(self) -> usize {
         usize::from(self.edge % 3)
     }
 
     /// The lower end: its place in the brick on each axis, 0..8.
-    pub fn node(&self) -> [usize; 3] {
+    pub fn node(self) -> [usize; 3] {
         unpack(usize::from(self.edge / 3))
     }
 
     /// Place in the brick [cube edges].
-    pub fn place(&self) -> [f32; 3] {
+    pub fn place(self) -> [f32; 3] {
         let mut place = self.node().map(|n| n as f32);
         place[self.axis()] += self.t;
         place

@@ -66,7 +66,11 @@ pub fn reconstruct(frame: &Frame, solid: Option<&Solid>, settings: &SurfaceSetti
         .flat_map_iter(|brick| {
             let around =
                 (!cuts[brick].is_empty()).then(|| Surroundings::new(&field, &table, brick));
-            let carried = |cut: &Cut| around.as_ref().map_or_else(Carried::default, |a| a.at(cut));
+            let carried = |cut: &Cut| {
+                around
+                    .as_ref()
+                    .map_or_else(Carried::default, |a| a.at(*cut))
+            };
             cuts[brick].iter().map(carried).collect::<Vec<_>>()
         })
         .collect();

@@ -1,10 +1,11 @@
 //! How the surface is found.
 
 use crate::math::Real;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the surface is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceSettings {
     /// Support radius of the colour field's kernel [spacings]. 2 is four particle radii, splashsurf's habit.

@@ -2,7 +2,7 @@
 
 use osteoflow::fluid::{Cement, PhaseMaterial};
 use osteoflow::math::{Aabb, Real, Vec3};
-use osteoflow::sim::{Scheme, SimSettings, Simulation, StressStep, TimeStep};
+use osteoflow::sim::{ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep};
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
 
@@ -27,6 +27,7 @@ pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
     SimSettings {
         scheme: Scheme::Dfsph,
         stress: StressStep::Coupled,
+        elastic_waves: ElasticWaves::Damped,
         spacing,
         support_ratio: 2.4,
         duration: 1.0,

@@ -3,7 +3,9 @@
 use crate::scenes::{newtonian, run, settings};
 use osteoflow::fluid::{Cement, PerPhase, PhaseMaterial};
 use osteoflow::math::{Aabb, Vec3};
-use osteoflow::sim::{Body, BodyShape, Scheme, SimSettings, Simulation, StressStep, TimeStep};
+use osteoflow::sim::{
+    Body, BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep,
+};
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
 
@@ -71,6 +73,7 @@ fn oldroyd(stress: StressStep, dt: f64) -> f64 {
     let mut s = periodic(32.0, 0.05);
     s.scheme = Scheme::ImmCt;
     s.stress = stress;
+    s.elastic_waves = ElasticWaves::Resolved;
     s.cement = Cement {
         liquid: PhaseMaterial {
             density: 1000.0,

@@ -2,6 +2,7 @@
 
 mod check;
 mod place;
+mod probe;
 mod show;
 mod time;
 mod wall;
@@ -45,6 +46,7 @@ pub(super) fn resolve(
     let sim = SimSettings {
         scheme: recipe.scheme,
         stress: recipe.stress,
+        elastic_waves: recipe.elastic_waves,
         spacing: recipe.spacing.si(),
         support_ratio: recipe.support_ratio,
         duration: c.positive("duration", recipe.duration.si()),
@@ -70,6 +72,7 @@ pub(super) fn resolve(
         shapes: walls.shapes,
         meshes: walls.meshes,
         movers: walls.movers,
+        probes: probe::probes(c, recipe),
         bone,
         surface: recipe.surface,
         export: recipe.export.clone(),
