@@ -18,8 +18,8 @@
 //! | 3 | [`bone`] | a bone's mesh → cortical shell, trabeculae, porosity |
 //! | 3 | [`sim`] | state, the step of each scheme, time step, inlets, moving walls, health, ledger |
 //! | 4 | [`cache`] | boundary files, frames, tables on disk |
-//! | 5 | [`surface`] | colour field, marching cubes |
-//! | 5 | [`export`] | OpenVDB files |
+//! | 5 | [`surface`] | colour field, marching cubes, smoothing |
+//! | 5 | [`export`] | OpenVDB, PLY, VTP and USD files |
 //! | 5 | [`preview`] | camera, rasteriser, shading |
 //! | 5 | [`report`] | tables, plots, runs that are kept |
 //! | 6 | [`scene`] | what a recipe says, then what it means |
@@ -77,8 +77,9 @@
 //! | [Ginzburg08] | I. Ginzburg, F. Verhaeghe, D. d'Humières, "Two-relaxation-time lattice Boltzmann scheme", Commun. Comput. Phys. 3 (2008) |
 //! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |
-//! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
 //! | [Martin52] | J. Martin, W. Moyce, "An experimental study of the collapse of liquid columns on a rigid horizontal plane", Phil. Trans. A 244 (1952) |
+//! | [Loeschner23] | F. Löschner, T. Böttcher, S. Rhys Jeske, J. Bender, "Weighted Laplacian smoothing for surface reconstruction of particle-based fluids", VMV 2023 |
+//! | [Wang04] | Z. Wang, A. Bovik, H. Sheikh, E. Simoncelli, "Image quality assessment: from error visibility to structural similarity", IEEE TIP 13 (2004) |
 //! | [Museth13] | K. Museth, "VDB: high-resolution sparse volumes with dynamic topology", ACM TOG 32 (2013) |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
