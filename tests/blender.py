@@ -35,7 +35,7 @@ assert numpy.isfinite(velocity).all()
 for name in script.TAKE["numbers"]:
     assert len(mesh.attributes[name].data) == len(mesh.vertices), name
 
-# Mesh and volume lie at the same place, within a voxel of a fog that reaches a little beyond.
+# The volume has its grids, and its velocities are known as such.
 depsgraph = bpy.context.evaluated_depsgraph_get()
 evaluated = volume.evaluated_get(depsgraph)
 grids = evaluated.data.grids
@@ -43,14 +43,21 @@ assert grids.load(), grids.error_message
 names = {grid.name for grid in grids}
 assert {"density", "polymer", "surface", script.TAKE["velocity"]} <= names, names
 assert volume.data.velocity_grid == script.TAKE["velocity"]
-of_mesh = numpy.array([surfaces[last].matrix_world @ v.co for v in mesh.vertices])
-of_volume = numpy.array([volume.matrix_world @ Vector(corner) for corner in evaluated.bound_box])
+# The surface that Blender itself draws through a grid lies where the mesh does, within a voxel.
+of_mesh = numpy.array([surfaces[last].matrix_world @ vertex.co for vertex in mesh.vertices])
 voxel = numpy.abs(numpy.array(grids["density"].matrix_object)).max(0)[:3].max()
-low = of_mesh.min(0) - of_volume.min(0)
-high = of_volume.max(0) - of_mesh.max(0)
-# The level set's band is three voxels wide, and a leaf's box ends a voxel beyond.
-assert (low > -voxel).all() and (high > -voxel).all(), (low, high, voxel)
-assert (low < 6 * voxel).all() and (high < 6 * voxel).all(), (low, high, voxel)
+drawn = bpy.data.objects.new("Drawn", bpy.data.meshes.new("Drawn"))
+bpy.context.scene.collection.objects.link(drawn)
+modifier = drawn.modifiers.new("Drawn", "VOLUME_TO_MESH")
+modifier.object, modifier.resolution_mode, modifier.threshold = volume, "GRID", 0.6
+modifier.grid_name = "density"
+depsgraph = bpy.context.evaluated_depsgraph_get()
+found = drawn.evaluated_get(depsgraph)
+points = numpy.array([found.matrix_world @ vertex.co for vertex in found.data.vertices])
+assert len(points) > 100, len(points)
+apart = numpy.abs([points.min(0) - of_mesh.min(0), points.max(0) - of_mesh.max(0)])
+assert (apart < voxel).all(), (apart, voxel)
+bpy.data.objects.remove(drawn)
 
 if picture:
     script.render(picture[0], surfaces, last)
@@ -59,4 +66,4 @@ if picture:
     # Cement is teal: more blue than red by far, in a good part of the picture.
     teal = (pixels[:, 2] > pixels[:, 0] + 0.1).mean()
     assert teal > 0.02, teal
-print(f"blender {bpy.app.version_string}: {len(surfaces)} surfaces and {sorted(names)} line up")
+print(f"blender {bpy.app.version_string}: {len(surfaces)} surfaces and {sorted(names)} line up: {apart.max() / voxel:.2f} voxels apart")
