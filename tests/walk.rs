@@ -199,7 +199,7 @@ fn check(out: &Path, frames: u32, views: &[&str]) {
         assert!(voxels as usize > frame.position.len(), "{voxels}");
         let (_, grids) = OpenVDB_rs::io::read_stream(Cursor::new(&bytes)).expect("read");
         let names: Vec<_> = grids.iter().map(|grid| grid.name().to_string()).collect();
-        assert_eq!(names, ["density", "polymer", "velocity"]);
+        assert_eq!(names, ["density", "polymer", "velocity", "surface"]);
 
         for view in views {
             let path = out.join(format!("preview/{view}.{n:04}.png"));

@@ -32,7 +32,7 @@ pub(super) enum Verb {
     /// Turns the particles into volumes: vdb/*.vdb.
     Export(WorkArguments),
     /// Makes pictures: preview/*.png.
-    Preview(WorkArguments),
+    Preview(PreviewArguments),
     /// All of these in turn, each only if its results are missing or out of date.
     Run(WorkArguments),
     /// Prints the JSON Schema of a recipe, for editors.
@@ -259,6 +259,22 @@ pub(super) struct WorkArguments {
     /// simulation that did not reach its end.
     #[arg(long)]
     pub force: bool,
+}
+
+/// Pictures, and what they are compared with.
+#[derive(Debug, Args)]
+pub(super) struct PreviewArguments {
+    #[command(flatten)]
+    pub work: WorkArguments,
+    /// Compares the pictures with those of the same names in this folder; ends with 5 if they look different.
+    #[arg(long, value_name = "FOLDER")]
+    pub golden: Option<PathBuf>,
+    /// Takes the pictures as good: writes them to that folder.
+    #[arg(long, requires = "golden")]
+    pub bless: bool,
+    /// Every byte counts, not only what can be seen.
+    #[arg(long, requires = "golden")]
+    pub exact: bool,
 }
 
 /// A recipe, and changes to it.

@@ -7,11 +7,11 @@ mod progress;
 mod report;
 mod study;
 
-use crate::flow::{self, Event, FlowError, Job, Stage};
+use crate::flow::{self, Event, FlowError, Golden, Job, Stage};
 use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
-use args::{Arguments, Common, Verb, WorkArguments};
+use args::{Arguments, Common, PreviewArguments, Verb, WorkArguments};
 use clap::Parser;
 use progress::{Progress, put};
 use std::error::Error;
@@ -85,7 +85,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Verb::Simulate(work) => stages(work, &[Stage::Simulate], common, &mut progress),
         Verb::Surface(work) => stages(work, &[Stage::Surface], common, &mut progress),
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
-        Verb::Preview(work) => stages(work, &[Stage::Preview], common, &mut progress),
+        Verb::Preview(preview) => pictures(preview, common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
         Verb::Schema => print(&format!("{:#}\n", scene::schema())),
         Verb::Make(shape) => Ok(make::make(shape)?),
@@ -103,6 +103,35 @@ fn stages(
     common: &Common,
     progress: &mut Progress,
 ) -> Result<(), Failure> {
+    run_stages(work, stages, common, progress).map(|_| ())
+}
+
+fn pictures(
+    preview: &PreviewArguments,
+    common: &Common,
+    progress: &mut Progress,
+) -> Result<(), Failure> {
+    let job = run_stages(&preview.work, &[Stage::Preview], common, progress)?;
+    if let Some(folder) = &preview.golden {
+        let golden = Golden {
+            folder: folder.clone(),
+            exact: preview.exact,
+        };
+        if preview.bless {
+            job.bless(&golden)?;
+        } else {
+            job.compare(&golden)?;
+        }
+    }
+    Ok(())
+}
+
+fn run_stages(
+    work: &WorkArguments,
+    stages: &[Stage],
+    common: &Common,
+    progress: &mut Progress,
+) -> Result<Job, Failure> {
     let recipe = &work.recipe.recipe;
     let mut name = recipe.file_stem().unwrap_or(recipe.as_os_str()).to_owned();
     let quick = work.recipe.quick;
@@ -133,7 +162,7 @@ fn stages(
         let path = job.folder.run_info();
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
     }
-    Ok(())
+    Ok(job)
 }
 
 /// The first signal lets a step or a frame come to its end and be kept; the second ends the program at once.
@@ -165,8 +194,8 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 worse than it was, 75 stopped
-/// by a signal.
+/// 0 done, 1 other, 2 usage, 3 bad recipe or mesh, 4 the simulation diverged, 5 worse than it was or looks different,
+/// 75 stopped by a signal.
 fn code(error: &Failure) -> u8 {
     let error = match error {
         Failure::Flow(error) => error,
@@ -176,7 +205,8 @@ fn code(error: &Failure) -> u8 {
         Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_)) => return 1,
     };
     match error {
-        FlowError::NoFrames { .. } => 2,
+        FlowError::NoFrames { .. } | FlowError::NoGolden(_) => 2,
+        FlowError::Differs { .. } => 5,
         FlowError::Scene(_)
         | FlowError::Input { .. }
         | FlowError::Mesh(_)

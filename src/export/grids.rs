@@ -1,15 +1,10 @@
 //! A frame as volumes: how much cement there is, how much of it is polymer, how fast it moves.
 
-use super::{ExportSettings, Grid, Leaf, Leaves};
+use super::{Class, ExportSettings, Grid, Leaf, Leaves, y_up};
 use crate::cache::Frame;
 use crate::grid::{BRICK, PointBricks};
 use crate::math::Vec3;
 use rayon::prelude::*;
-
-/// World (z up) to file (y up).
-fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
-    [x, z, -y]
-}
 
 /// `density` (about 1 inside, fading to 0 across the surface), `polymer` (α of the polymer phase) and the velocity
 /// [m/s]; the same bits on any number of threads. α and velocity are Shepard means, so they do not fade.
@@ -80,6 +75,7 @@ pub fn from_frame(frame: &Frame, settings: &ExportSettings) -> Vec<Grid> {
     }
     let grid = |name: &str, leaves| Grid {
         name: name.into(),
+        class: Class::Fog,
         origin: Vec3::zeros(),
         voxel,
         leaves,

@@ -113,6 +113,23 @@ pub enum FlowError {
     /// The simulation fell over.
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// Nothing to compare with.
+    #[error("{0} holds no picture of these frames and views: make some with --bless")]
+    NoGolden(PathBuf),
+    /// Pictures that are not as they were.
+    #[error(
+        "{count} of {of} pictures differ, the first is {first}; see {page}, or accept them with --bless"
+    )]
+    Differs {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+        /// The first, and how.
+        first: String,
+        /// Where they are shown side by side.
+        page: PathBuf,
+    },
     /// A file or folder that cannot be used.
     #[error("{path}")]
     Io {

@@ -172,9 +172,54 @@ impl Folder {
         self.root.join(format!("vdb/cement.{n:04}.vdb"))
     }
 
+    /// A frame's surface with all that its vertices carry.
+    pub fn ply(&self, n: u32) -> PathBuf {
+        self.root.join(format!("ply/cement.{n:04}.ply"))
+    }
+
+    /// A frame's particles for ParaView.
+    pub fn vtp(&self, n: u32) -> PathBuf {
+        self.root.join(format!("vtp/cement.{n:04}.vtp"))
+    }
+
+    /// The whole take as a USD scene.
+    pub fn usd_scene(&self) -> PathBuf {
+        self.root.join("scene.usda")
+    }
+
+    /// What the layers of the frames animate.
+    pub fn usd_manifest(&self) -> PathBuf {
+        self.root.join("usd/manifest.usda")
+    }
+
+    /// A frame's surface as a layer of the scene.
+    pub fn usd_layer(&self, n: u32) -> PathBuf {
+        self.root.join(format!("usd/cement.{n:04}.usda"))
+    }
+
+    /// Opens the take in Blender.
+    pub fn blender_script(&self) -> PathBuf {
+        self.root.join("blender_import.py")
+    }
+
+    /// How to open the take in Houdini.
+    pub fn houdini_note(&self) -> PathBuf {
+        self.root.join("houdini.txt")
+    }
+
     /// A frame's picture in one view.
     pub fn picture(&self, view: &str, n: u32) -> PathBuf {
         self.root.join(format!("preview/{view}.{n:04}.png"))
+    }
+
+    /// All views at some times on one picture.
+    pub fn contact_sheet(&self) -> PathBuf {
+        self.root.join("preview/contact.png")
+    }
+
+    /// All frames in one view, one after the other.
+    pub fn animation(&self, view: &str) -> PathBuf {
+        self.root.join(format!("preview/{view}.animation.png"))
     }
 
     /// What a stage noted when it finished.

@@ -6,7 +6,9 @@ mod error;
 mod export;
 mod folder;
 mod frames;
+mod golden;
 mod movers;
+mod overview;
 mod permeability;
 mod preview;
 mod restart;
@@ -21,6 +23,7 @@ pub use doubts::doubts;
 pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
+pub use golden::Golden;
 pub use stage::Stage;
 
 use crate::cache::{self, Frame};

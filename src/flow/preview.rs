@@ -1,6 +1,6 @@
 //! Frames and walls → `preview/`: one picture a frame and view.
 
-use super::{FlowError, Job, Observer, each_frame};
+use super::{FlowError, Job, Observer, each_frame, overview};
 use crate::cache::{self, Frame};
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
@@ -9,6 +9,7 @@ use crate::preview::{
 };
 use crate::scene::{BoneLook, View};
 use crate::sim::{Motion, Pose};
+use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
 use image::codecs::png::PngEncoder;
 use image::{ImageEncoder, RgbImage};
@@ -31,7 +32,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
         .map(|view| camera(job, &props, view))
         .collect();
     each_frame(job, |frame| {
-        let cement = Cement::new(frame, job);
+        let cement = Cement::new(frame, &props, job);
         for (view, camera) in job.scene.preview.views.iter().zip(&cameras) {
             let picture = draw(job, &props, &cement, view, *camera);
             let path = job.folder.picture(&view.name, frame.index);
@@ -39,11 +40,12 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
         }
         Ok(())
     })?;
-    Ok(())
+    overview::write(job)
 }
 
 /// What stands around the cement.
 struct Props {
+    solid: Solid,
     bone: Shown,
     /// The part of the bone whose inside is not drawn.
     rest: Shown,
@@ -71,6 +73,7 @@ impl Props {
         let bone = Shown::read(&folder.bone_mesh(), look(&[BoneLook::Glass, BoneLook::Cut]))?;
         let movers = job.scene.movers.iter().enumerate();
         Ok(Self {
+            solid: cache::read_solid(&folder.solid())?,
             movers: movers
                 .map(|(n, mover)| Ok((mover.motion, Shown::read(&folder.mover_mesh(n), true)?)))
                 .collect::<Result<_, FlowError>>()?,
@@ -142,8 +145,8 @@ struct Cement {
 }
 
 impl Cement {
-    fn new(frame: &Frame, job: &Job) -> Self {
-        let surface = reconstruct(frame, &job.scene.surface);
+    fn new(frame: &Frame, props: &Props, job: &Job) -> Self {
+        let surface = reconstruct(frame, Some(&props.solid), &job.scene.surface);
         let alpha = &surface.polymer_fraction;
         let colours = alpha.iter().map(|&a| colour::polymer(a.into())).collect();
         let sum: Real = frame.polymer_fraction.iter().map(|&a| Real::from(a)).sum();

@@ -14,7 +14,7 @@ pub enum Stage {
     Simulate,
     /// Frames → triangle meshes.
     Surface,
-    /// Frames → OpenVDB volumes.
+    /// Frames → volumes, and files for other programs.
     Export,
     /// Frames and walls → pictures.
     Preview,
@@ -46,8 +46,7 @@ impl Stage {
         match self {
             Self::Voxelise => &[],
             Self::Simulate => &[Self::Voxelise],
-            Self::Surface | Self::Export => &[Self::Simulate],
-            Self::Preview => &[Self::Voxelise, Self::Simulate],
+            Self::Surface | Self::Export | Self::Preview => &[Self::Voxelise, Self::Simulate],
         }
     }
 
@@ -57,7 +56,15 @@ impl Stage {
             Self::Voxelise => &["boundary"],
             Self::Simulate => &["frames", "stats.csv", "probes.csv", "simulation.json"],
             Self::Surface => &["surface"],
-            Self::Export => &["vdb"],
+            Self::Export => &[
+                "vdb",
+                "ply",
+                "vtp",
+                "usd",
+                "scene.usda",
+                "blender_import.py",
+                "houdini.txt",
+            ],
             Self::Preview => &["preview"],
         }
     }
@@ -79,7 +86,7 @@ impl Stage {
             }),
             Self::Simulate => json!([sim, scene.movers, scene.probes]),
             Self::Surface => json!(scene.surface),
-            Self::Export => json!(scene.export),
+            Self::Export => json!([scene.export, scene.surface]),
             Self::Preview => json!([scene.preview, scene.surface]),
         }
     }

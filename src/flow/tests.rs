@@ -84,9 +84,9 @@ fn only_what_is_stale_runs() {
     assert_eq!(Bench::run(&job), [Preview]);
     assert_eq!(
         Bench::run(&bench.job(&["surface.cube=0.25"])),
-        [Surface, Preview]
+        [Surface, Export, Preview]
     );
-    assert_eq!(Bench::run(&job), [Surface, Preview]);
+    assert_eq!(Bench::run(&job), [Surface, Export, Preview]);
     let longer = bench.job(&["duration=2 s"]);
     assert_eq!(Bench::run(&longer), [Simulate, Surface, Export, Preview]);
     Bench::run(&job);

@@ -2,9 +2,11 @@
 
 mod brick;
 mod connected;
+mod near;
 mod points;
 pub mod vdb;
 
 pub use brick::{BRICK, BrickGrid};
 pub use connected::{BrickMask, connected_share, reached_share};
-pub use points::{NearPoints, PointBricks, kernel, kernel_slope};
+pub use near::{NearPoints, PlaceSums, kernel, kernel_slope};
+pub use points::PointBricks;

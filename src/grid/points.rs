@@ -9,6 +9,7 @@
 //! same bits on any number of threads.
 
 use super::brick::BRICK;
+use super::near::{FAR, LANES, NearPoints};
 use rayon::prelude::*;
 
 /// Lattice coordinates beyond this are left out, so that brick arithmetic cannot overflow.
@@ -93,7 +94,10 @@ impl PointBricks {
         for x in key[0] - around..=key[0] + around {
             for y in key[1] - around..=key[1] + around {
                 let place = |z: i32| self.bricks.partition_point(|b| *b < [x, y, z]);
-                let (a, b) = (place(key[2] - around), place(key[2] + around + 1));
+                let a = place(key[2] - around);
+                let run = self.bricks[a..].iter();
+                let run = run.take_while(|b| **b < [x, y, key[2] + around + 1]);
+                let b = a + run.count();
                 for point in self.start[a]..self.start[b] {
                     let p: [f64; 3] = std::array::from_fn(|i| self.position[point][i] - first[i]);
                     let outside = p.map(|c| c - c.clamp(0.0, width));
@@ -106,135 +110,68 @@ impl PointBricks {
                 }
             }
         }
+        for axis in &mut near.position {
+            axis.resize(axis.len().next_multiple_of(LANES), FAR);
+        }
         near
     }
 
-    /// Σ_k w of each sorted point, itself included: how many neighbours it counts for.
-    pub fn crowding(&self) -> Vec<f32> {
+    /// What `each` makes of every sorted point, given the points near it and its own place among them.
+    pub fn map_points<T: Send>(
+        &self,
+        each: impl Fn(&NearPoints, [f32; 3], usize) -> T + Sync,
+    ) -> Vec<T> {
         (0..self.bricks.len())
             .into_par_iter()
             .flat_map_iter(|b| {
                 let near = self.near(self.bricks[b]);
                 let first = self.bricks[b].map(|k| f64::from(k * BRICK));
-                self.position[self.start[b]..self.start[b + 1]]
-                    .iter()
-                    .map(|p| {
-                        let mut sum = 0.0;
-                        let at = std::array::from_fn(|i| (p[i] - first[i]) as f32);
-                        near.visit(at, |_, _, q| sum += kernel(q));
-                        sum
+                (self.start[b]..self.start[b + 1])
+                    .map(|point| {
+                        let at =
+                            std::array::from_fn(|i| (self.position[point][i] - first[i]) as f32);
+                        each(&near, at, point)
                     })
-                    .collect::<Vec<f32>>()
+                    .collect::<Vec<T>>()
             })
             .collect()
     }
-}
 
-/// The points around one brick; coordinates count voxels from its first node.
-#[derive(Clone, Debug, Default)]
-pub struct NearPoints {
-    reach: f32,
-    position: [Vec<f32>; 3],
-    /// Place of each point among the sorted points.
-    index: Vec<u32>,
-}
-
-impl NearPoints {
-    /// Σ_j weight_j w at the 8³ nodes of the brick, z running fastest, for several weights at once.
-    pub fn node_sums<const N: usize>(
-        &self,
-        weight: impl Fn(usize) -> [f32; N],
-    ) -> [Box<[f32; 512]>; N] {
-        let mut sums = [[[0.0_f32; 8]; 64]; N];
-        let per_reach = 1.0 / self.reach;
-        let square = self.reach * self.reach;
-        for (j, &index) in self.index.iter().enumerate() {
-            let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis][j]);
-            let weight = weight(index as usize);
-            let dz2: [f32; 8] = std::array::from_fn(|k| (k as f32 - z) * (k as f32 - z));
-            let to_row = z - z.clamp(0.0, 7.0);
-            let square = square - to_row * to_row;
-            for nx in 0..8 {
-                let dx2 = (nx as f32 - x) * (nx as f32 - x);
-                for ny in 0..8 {
-                    let dxy2 = dx2 + (ny as f32 - y) * (ny as f32 - y);
-                    if dxy2 >= square {
-                        continue;
-                    }
-                    let w: [f32; 8] =
-                        std::array::from_fn(|k| kernel((dxy2 + dz2[k]).sqrt() * per_reach));
-                    for channel in 0..N {
-                        let row = &mut sums[channel][nx * 8 + ny];
-                        for k in 0..8 {
-                            row[k] += weight[channel] * w[k];
-                        }
-                    }
-                }
-            }
-        }
-        sums.map(|rows| Box::new(std::array::from_fn(|node| rows[node / 8][node % 8])))
+    /// The least of the `values` of the sorted points in each brick that holds any.
+    pub fn brick_least(&self, values: &[f32]) -> Vec<f32> {
+        let runs = self.start.windows(2).map(|run| &values[run[0]..run[1]]);
+        runs.map(|run| run.iter().copied().fold(f32::INFINITY, f32::min))
+            .collect()
     }
 
-    /// Calls `each` with the place, the offset x − x_j [voxels] and q of every point in reach of `at`.
-    pub fn visit(&self, at: [f32; 3], mut each: impl FnMut(usize, [f32; 3], f32)) {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis].as_slice());
-        let square = self.reach * self.reach;
-        for j in 0..self.index.len() {
-            let offset = [at[0] - x[j], at[1] - y[j], at[2] - z[j]];
-            let r2 = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-            if r2 < square {
-                each(self.index[j] as usize, offset, r2.sqrt() / self.reach);
-            }
+    /// Whether a brick and the 26 around it all hold points, and `least` is at least `limit` in all of them; never if the
+    /// kernel reaches beyond them.
+    pub fn all_around(&self, key: [i32; 3], least: &[f32], limit: f32) -> bool {
+        if self.reach > f64::from(BRICK) {
+            return false;
         }
+        (0..9).all(|row| {
+            let first = [key[0] + row / 3 - 1, key[1] + row % 3 - 1, key[2] - 1];
+            let place = self.bricks.partition_point(|b| *b < first);
+            (0..3).all(|z| {
+                let there =
+                    self.bricks.get(place + z) == Some(&[first[0], first[1], first[2] + z as i32]);
+                there && least[place + z] >= limit
+            })
+        })
     }
-}
 
-/// x₊; unlike `f32::max` it need not care for NaN, and is one instruction.
-#[inline]
-fn positive(x: f32) -> f32 {
-    if x > 0.0 { x } else { 0.0 }
-}
-
-/// w(q); ½ at q = 0.
-#[inline]
-pub fn kernel(q: f32) -> f32 {
-    let (a, b) = (positive(1.0 - q), positive(0.5 - q));
-    a * a * a - 4.0 * b * b * b
-}
-
-/// dw/dq.
-#[inline]
-pub fn kernel_slope(q: f32) -> f32 {
-    let (a, b) = (positive(1.0 - q), positive(0.5 - q));
-    12.0 * b * b - 3.0 * a * a
+    /// Σ_k w of each sorted point, itself included: how many neighbours it counts for.
+    pub fn crowding(&self) -> Vec<f32> {
+        self.map_points(|near, at, _| near.crowding(at)[0])
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::kernel;
     use crate::math::Stream;
-
-    #[test]
-    fn the_kernel_is_the_cubic_spline() {
-        let steps = 4000;
-        let mut volume = 0.0;
-        for i in 0..steps {
-            let q = (i as f32 + 0.5) / steps as f32;
-            volume += 4.0 * std::f64::consts::PI * f64::from(kernel(q) * q * q) / f64::from(steps);
-            // 6 (q³ − q²) + 1 up to ½, 2 (1 − q)³ beyond, here halved.
-            let spline = if q < 0.5 {
-                3.0 * (q * q * q - q * q) + 0.5
-            } else {
-                (1.0 - q).powi(3)
-            };
-            assert!((kernel(q) - spline).abs() < 1e-6);
-            let slope = (kernel(q + 1e-3) - kernel(q - 1e-3)) / 2e-3;
-            assert!((kernel_slope(q) - slope).abs() < 1e-3);
-        }
-        // 8/π [1/support³] normalises the spline; ours is half of it.
-        assert!((volume - std::f64::consts::PI / 16.0).abs() < 1e-5);
-        assert_eq!(kernel(1.2), 0.0);
-    }
 
     #[test]
     fn node_sums_and_crowding_agree_with_brute_force() {

@@ -4,11 +4,13 @@ mod bounds;
 mod noise;
 mod ordered;
 mod sym3;
+mod wide;
 
 pub use bounds::Aabb;
 pub use noise::{Stream, hash_unit};
 pub use ordered::{BLOCK, ordered_dot, ordered_max, ordered_sum};
 pub use sym3::Sym3;
+pub use wide::{Wide, widest};
 
 /// The one floating-point type of state and algebra.
 pub type Real = f64;

@@ -315,7 +315,7 @@ pub(crate) fn square_to_box(x: &Vec3, node: &BvhNode) -> Real {
 }
 
 /// Closest point of a triangle by its Voronoi regions [Ericson05], and which feature holds it.
-fn closest_on_triangle(x: &Vec3, &[a, b, c]: &[Vec3; 3]) -> (Vec3, usize) {
+pub(crate) fn closest_on_triangle(x: &Vec3, &[a, b, c]: &[Vec3; 3]) -> (Vec3, usize) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {

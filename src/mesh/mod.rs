@@ -2,6 +2,7 @@
 
 mod columns;
 mod crossing;
+mod decimal;
 mod distance;
 mod edges;
 mod extract;
@@ -20,8 +21,9 @@ mod weld;
 mod winding;
 
 pub use columns::{Lattice, inside_columns};
-pub(crate) use distance::square_to_box;
+pub(crate) use decimal::{put_digits, put_number};
 pub use distance::{MeshDistance, Nearby};
+pub(crate) use distance::{closest_on_triangle, square_to_box};
 pub use extract::surface_nets;
 pub use inspect::{Inspection, inspect};
 pub use obj_frame::{LengthUnit, UpAxis};

@@ -16,12 +16,14 @@ mod raster;
 mod settings;
 mod shade;
 mod shadow;
+mod sheet;
 
 pub use camera::Camera;
 pub use colour::Colour;
-pub use compare::{Comparison, compare};
+pub use compare::{Comparison, compare, side_by_side};
 pub use overlay::Legend;
 pub use settings::{Background, PictureSettings};
+pub use sheet::{FELL_OVER, Row, WELL, animation, contact_sheet, shrunk};
 
 use crate::math::{Real, Vec3};
 use image::RgbImage;

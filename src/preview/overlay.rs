@@ -41,11 +41,14 @@ pub(super) fn draw(image: &mut RgbImage, scene: &Scene, view: &View, background:
     }
 }
 
-/// A column of colour with ticks on its left, at the right edge, half way up.
+/// A column of colour with ticks on its left, at the lower right: needles come from above.
 fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
     let (width, height) = (Real::from(image.width()), Real::from(image.height()));
     let (thick, long) = (1.5 * pen.size, 0.42 * height);
-    let (left, top) = (width - 2.0 * pen.size - thick, 0.5 * (height - long));
+    let (left, top) = (
+        width - 2.0 * pen.size - thick,
+        height - long - 2.0 * pen.size,
+    );
     let (step, digits) = tick_step(legend.high - legend.low);
     let first = (legend.low / step - 1e-9).ceil();
     for k in 0..12 {

@@ -133,7 +133,7 @@ impl Plot {
         let frame = Frame {
             left: 110.0,
             right: width - key - 15.0,
-            top: 60.0,
+            top: 92.0,
             bottom: height - 80.0,
             x: self.x.fitted(points().map(|p| p[0])),
             y: self.y.fitted(points().map(|p| p[1])),
@@ -142,7 +142,7 @@ impl Plot {
             size: 1.2 * LETTER,
             ..pen
         };
-        title.write(&mut image, &self.title, frame.left, 36.0);
+        title.write(&mut image, &self.title, frame.left, 34.0);
         draw_axes(&mut image, &frame, &pen, &self.x.label, &self.y.label);
         for series in &self.series {
             draw_series(&mut image, &frame, series);
@@ -225,7 +225,7 @@ fn draw_axes(image: &mut RgbImage, frame: &Frame, pen: &Pen, x_label: &str, y_la
         bottom + 54.0,
     );
     // Upright lettering above the axis is read without turning the head.
-    pen.write(image, y_label, 12.0, top - 12.0);
+    pen.write(image, y_label, 12.0, top - 14.0);
 }
 
 fn label_width(pen: &Pen, label: &TickLabel) -> Real {
@@ -352,7 +352,7 @@ mod tests {
         };
         let (right, bottom) = (1080.0 - 35.0, 640.0);
         assert!((mean(|p| p.0) - 0.5 * (110.0 + right)).abs() < 0.6);
-        assert!((mean(|p| p.1) - 0.5 * (60.0 + bottom)).abs() < 0.6);
+        assert!((mean(|p| p.1) - 0.5 * (92.0 + bottom)).abs() < 0.6);
     }
 
     #[test]

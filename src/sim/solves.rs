@@ -80,6 +80,18 @@ impl Stepper<'_> {
         self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > FULL)
     }
 
+    /// Takes the least pressure [Pa] of a closed body off its guess: only differences mean anything there, and a level
+    /// that grew from step to step would press particles into the dents of walls and lattices.
+    fn lower(&self, pressure: &mut [Real]) {
+        if self.is_closed() {
+            let n = pressure.len();
+            let least = -ordered_max(n, |i| -pressure[i]);
+            for p in pressure {
+                *p -= least;
+            }
+        }
+    }
+
     /// Volume that pressure has to push away [m³]; a closed body can only even it out.
     pub(super) fn excess_volume(&self, operator: &PressureOperator) -> Vec<Real> {
         let mut excess = operator.excess_volume();
@@ -150,6 +162,7 @@ impl Stepper<'_> {
             most_iterations: MOST_SWEEPS,
         };
         let mut k: Vec<Real> = self.fluid.pressure.iter().map(|p| p[slot]).collect();
+        self.lower(&mut k);
         let outcome = solve_pressure(
             &operator,
             mobility,
@@ -200,6 +213,7 @@ impl Stepper<'_> {
         };
         let mut velocity = self.mix.velocity.clone();
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        self.lower(&mut pressure);
         let mut solver = CoupledSolver::new(CoupledProblem {
             near: &self.near,
             position: &self.fluid.position,

@@ -21,7 +21,12 @@ pub struct Coarse {
     members: Vec<Vec<u32>>,
     /// Cholesky factor, row by row.
     factor: Vec<Real>,
+    /// A uniform pressure moves nothing: a closed body on a lattice.
+    closed: bool,
 }
+
+/// Row sums of A_c below this share of its diagonal are rounding.
+const NOTHING: Real = 1e-4;
 
 impl Coarse {
     /// Builds and factorises the coarse system for the particles in `active`.
@@ -50,6 +55,7 @@ impl Coarse {
                 cell,
                 members,
                 factor: Vec::new(),
+                closed: false,
             };
         }
         // Each particle touches a handful of cells: gather its few (cell, g) and add the products in order.
@@ -90,15 +96,22 @@ impl Coarse {
                 }
             }
         }
+        let diagonal = (0..count).map(|c| matrix[c * count + c]);
+        let nothing = NOTHING * diagonal.fold(0.0, Real::max);
+        let closed = matrix
+            .chunks_exact(count)
+            .all(|row| row.iter().sum::<Real>().abs() <= nothing);
         factorise(&mut matrix, count);
         Self {
             cell,
             members,
             factor: matrix,
+            closed,
         }
     }
 
-    /// Q A_c⁻¹ Qᵀ r, by cell: the correction of particle i is `result[cell]`.
+    /// Q A_c⁻¹ Qᵀ r, by cell: the correction of particle i is `result[cell]`. In a closed body only differences of
+    /// pressure mean anything: its level, which the residual's rounding would decide, is left alone.
     pub fn solve(&self, residual: impl Fn(usize) -> Real) -> Vec<Real> {
         let n = self.members.len();
         let mut x: Vec<Real> = self
@@ -106,6 +119,7 @@ impl Coarse {
             .iter()
             .map(|m| m.iter().map(|&i| residual(i as usize)).sum())
             .collect();
+        self.without_level(&mut x);
         for r in 0..n {
             let row = &self.factor[r * n..r * n + r];
             let sum: Real = row.iter().zip(&x).map(|(a, b)| a * b).sum();
@@ -118,7 +132,17 @@ impl Coarse {
                 *value -= self.factor[r * n + c] * top;
             }
         }
+        self.without_level(&mut x);
         x
+    }
+
+    fn without_level(&self, x: &mut [Real]) {
+        if self.closed {
+            let mean = x.iter().sum::<Real>() / x.len() as Real;
+            for value in x {
+                *value -= mean;
+            }
+        }
     }
 
     /// The cell of particle i, if pressure acts on it.
@@ -191,6 +215,7 @@ mod tests {
             cell: (0..n as u32).collect(),
             members,
             factor: a,
+            closed: false,
         };
         let x = coarse.solve(|i| i as Real);
         for r in 0..n {

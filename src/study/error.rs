@@ -48,4 +48,10 @@ impl StudyError {
             known: known.collect::<Vec<_>>().join(", "),
         }
     }
+
+    /// A failed run, by its name.
+    pub(super) fn run(run: &str) -> impl FnOnce(SimError) -> Self {
+        let run = run.to_owned();
+        move |source| Self::Run { run, source }
+    }
 }

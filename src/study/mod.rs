@@ -3,6 +3,8 @@
 mod bench;
 mod error;
 pub mod exact;
+pub mod scenes;
+mod shear_cell;
 mod thinning;
 pub mod verify;
 

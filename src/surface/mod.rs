@@ -1,65 +1,28 @@
-//! The surface of the cement: a colour field around its particles, and marching cubes through it.
-//!
-//! ```text
-//! φ(x) = Σ_j V_j W(x − x_j),   V_j = 1 / Σ_k W(x_j − x_k)
-//! ```
-//!
-//! φ is about 1 inside and falls to 0 outside. V_j is the volume that particle j stands for among its neighbours; with
-//! the volume at rest instead, drops and filaments of a few particles would vanish.
+//! The surface of the cement: a colour field around its particles, marching cubes through it, and smoothing.
 
+mod attributes;
 mod cases;
 mod cubes;
+mod field;
+mod pieces;
+mod settings;
+mod smooth;
+
+pub use pieces::LeftOut;
+pub use settings::SurfaceSettings;
 
 use crate::cache::Frame;
-use crate::grid::{NearPoints, PointBricks, kernel, kernel_slope};
 use crate::math::{Real, Vec3};
 use crate::mesh::TriMesh;
+use crate::solid::Solid;
+use attributes::{Carried, Surroundings, Table};
 use cubes::{Cubes, Cut};
+use field::Field;
+use pieces::{Pieces, keep, leave_out};
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-/// How the surface is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct SurfaceSettings {
-    /// Support radius of the colour field's kernel [spacings]. 2 is four particle radii, splashsurf's habit.
-    pub smoothing: Real,
-    /// Edge of a marching cube [spacings].
-    pub cube: Real,
-    /// Value of the colour field on the surface [1]. At the default smoothing, 0.6 keeps volume: faces of a filled
-    /// box lie within 0.02 spacings of where they should, and a single particle still shows as 0.9 of its volume.
-    pub threshold: Real,
-}
-
-impl Default for SurfaceSettings {
-    fn default() -> Self {
-        Self {
-            smoothing: 2.0,
-            cube: 0.5,
-            threshold: 0.6,
-        }
-    }
-}
-
-impl SurfaceSettings {
-    /// What is out of range, if anything: outside it, memory explodes or the surface leaves the particles.
-    pub fn check(&self) -> Result<(), String> {
-        for (key, value, range) in [
-            ("smoothing", self.smoothing, 1.0..=4.0),
-            ("cube", self.cube, 0.1..=1.0),
-            ("threshold", self.threshold, 0.05..=0.95),
-        ] {
-            if !range.contains(&value) {
-                let (low, high) = range.into_inner();
-                return Err(format!(
-                    "{key}: expected a number from {low} to {high}, found {value}"
-                ));
-            }
-        }
-        Ok(())
-    }
-}
+/// How far a vertex is moved at most for the sake of volume, twice [spacings].
+const FARTHEST: Real = 0.125;
 
 /// A closed, oriented, manifold surface; everything else is per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,6 +35,14 @@ pub struct Surface {
     pub polymer_fraction: Vec<f32>,
     /// Mixture velocity [m/s].
     pub velocity: Vec<[f32; 3]>,
+    /// Pressure [Pa].
+    pub pressure: Vec<f32>,
+    /// √(2 D:D) of the rate of strain D [1/s].
+    pub shear_rate: Vec<f32>,
+    /// Age: which millilitre came to lie here, counted from the first that there was [ml].
+    pub millilitre: Vec<f32>,
+    /// What was too small to be shown.
+    pub left_out: LeftOut,
 }
 
 impl Surface {
@@ -82,120 +53,107 @@ impl Surface {
     }
 }
 
-/// The surface of the cement in `frame`, the same bits on any number of threads.
-pub fn reconstruct(frame: &Frame, settings: &SurfaceSettings) -> Surface {
+/// The surface of the cement in `frame`, which ends where `solid` begins; the same bits on any number of threads.
+pub fn reconstruct(frame: &Frame, solid: Option<&Solid>, settings: &SurfaceSettings) -> Surface {
     if frame.position.is_empty() {
         return Surface::default();
     }
-    let cube = settings.cube * frame.spacing;
-    let points = PointBricks::new(&frame.position, cube, settings.smoothing * frame.spacing);
-    let volume: Vec<f32> = points.crowding().iter().map(|sum| 1.0 / sum).collect();
-    let keys = points.touched();
-    let values: Vec<Box<[f32; 512]>> = keys
-        .par_iter()
-        .map(|&key| {
-            let [sums] = points.near(key).node_sums(|j| [volume[j]]);
-            sums
+    let mut field = Field::new(frame, solid, settings);
+    let (mut mesh, cuts) = triangulate(&mut field);
+    let table = Table::new(frame, &field);
+    let mut carried: Vec<Carried> = (0..field.keys.len())
+        .into_par_iter()
+        .flat_map_iter(|brick| {
+            let around =
+                (!cuts[brick].is_empty()).then(|| Surroundings::new(&field, &table, brick));
+            let carried = |cut: &Cut| {
+                around
+                    .as_ref()
+                    .map_or_else(Carried::default, |a| a.at(*cut))
+            };
+            cuts[brick].iter().map(carried).collect::<Vec<_>>()
         })
         .collect();
+
+    let mut left_out = LeftOut::default();
+    if settings.smallest_piece > 0.0 {
+        let smallest = settings.smallest_piece * frame.rest_volume;
+        let pieces = Pieces::new(&mesh);
+        let kept;
+        (kept, left_out) = leave_out(&mut mesh, &pieces, smallest);
+        keep(&mut carried, &kept);
+    }
+    let farthest = FARTHEST * frame.spacing;
+    let free = free_of(&mesh, solid, frame.spacing);
+    if settings.rounds > 0 {
+        let weight: Vec<f32> = (free.iter().zip(&carried))
+            .map(|(free, carried)| free * smooth::weight(carried.neighbours))
+            .collect();
+        let pieces = Pieces::new(&mesh);
+        smooth::smooth(&mut mesh, &weight, settings.rounds, &pieces, farthest);
+    }
+    if settings.keep_volume {
+        let volume = field.points.order.len() as Real * frame.rest_volume - left_out.volume;
+        let whole = Pieces::whole(&mesh);
+        smooth::restore(&mut mesh, &free, &whole, &[volume], farthest);
+    }
+    let normal = if solid.is_some() || settings.rounds > 0 || settings.keep_volume {
+        mesh.vertex_normals()
+    } else {
+        carried.iter().map(|c| c.normal).collect()
+    };
+    Surface {
+        mesh,
+        normal,
+        polymer_fraction: carried.iter().map(|c| c.polymer_fraction).collect(),
+        velocity: carried.iter().map(|c| c.velocity).collect(),
+        pressure: carried.iter().map(|c| c.pressure).collect(),
+        shear_rate: carried.iter().map(|c| c.shear_rate).collect(),
+        millilitre: carried.iter().map(|c| c.millilitre).collect(),
+        left_out,
+    }
+}
+
+/// The bare triangles of the colour field, neither smoothed nor with anything on their vertices.
+pub fn bare(frame: &Frame, solid: Option<&Solid>, settings: &SurfaceSettings) -> TriMesh {
+    triangulate(&mut Field::new(frame, solid, settings)).0
+}
+
+/// Triangles, and the cuts of each brick, one a vertex. The field's values are used up.
+fn triangulate(field: &mut Field) -> (TriMesh, Vec<Vec<Cut>>) {
+    let bricks = std::mem::take(&mut field.bricks);
     let cubes = Cubes {
-        keys: &keys,
-        values: &values,
-        threshold: settings.threshold as f32,
+        keys: &field.keys,
+        bricks: &bricks,
+        outside: field.outside,
     };
     let cuts = cubes.cuts();
     let triangles = cubes.triangles(&cuts);
-
-    let vertices: Vec<Vec<Vertex>> = (0..keys.len())
-        .into_par_iter()
-        .map(|brick| {
-            if cuts[brick].is_empty() {
-                return Vec::new();
-            }
-            let around = Surroundings {
-                near: points.near(keys[brick]),
-                order: &points.order,
-                volume: &volume,
-                frame,
-            };
-            let vertex = |cut: &Cut| around.vertex(cut, keys[brick], cube);
-            cuts[brick].iter().map(vertex).collect()
-        })
-        .collect();
-
-    let mut surface = Surface::default();
-    surface.mesh.triangles = triangles;
-    for vertex in vertices.iter().flatten() {
-        surface.mesh.positions.push(vertex.position);
-        surface.normal.push(vertex.normal);
-        surface.polymer_fraction.push(vertex.polymer_fraction);
-        surface.velocity.push(vertex.velocity);
+    let place = |key: &[i32; 3], cut: &Cut| {
+        let (node, t) = (cut.node(), Vec3::ith(cut.axis(), cut.t.into()));
+        let node = Vec3::from_fn(|a, _| Real::from(key[a] * 8) + node[a] as Real);
+        (node + t) * field.cube
+    };
+    let mut positions = Vec::with_capacity(cuts.iter().map(Vec::len).sum());
+    for (key, cuts) in field.keys.iter().zip(&cuts) {
+        positions.extend(cuts.iter().map(|cut| place(key, cut)));
     }
-    surface
+    (
+        TriMesh {
+            positions,
+            triangles,
+        },
+        cuts,
+    )
 }
 
-struct Vertex {
-    position: Vec3,
-    normal: Vec3,
-    polymer_fraction: f32,
-    velocity: [f32; 3],
-}
-
-/// The particles around a brick.
-struct Surroundings<'a> {
-    near: NearPoints,
-    order: &'a [u32],
-    volume: &'a [f32],
-    frame: &'a Frame,
-}
-
-impl Surroundings<'_> {
-    fn vertex(&self, cut: &Cut, key: [i32; 3], cube: Real) -> Vertex {
-        let node = [cut.node >> 6, cut.node >> 3 & 7, cut.node & 7];
-        let mut local = node.map(|n| n as f32);
-        local[cut.axis] += cut.t;
-        let mut gradient = Vec3::zeros();
-        // Σ V w, Σ V w α, Σ V w v.
-        let mut sums = [0.0_f32; 5];
-        let mut gather = |at: [f32; 3]| {
-            self.near.visit(at, |j, offset, q| {
-                let volume = self.volume[j];
-                if q > 0.0 {
-                    let slope = Real::from(volume * kernel_slope(q) / q);
-                    gradient += Vec3::from(offset.map(Real::from)) * slope;
-                }
-                let weight = volume * kernel(q);
-                let particle = self.order[j] as usize;
-                let [u, v, w] = self.frame.velocity[particle];
-                let row = [1.0, self.frame.polymer_fraction[particle], u, v, w];
-                for (sum, value) in sums.iter_mut().zip(row) {
-                    *sum += weight * value;
-                }
-            });
-            sums[0] > 0.0
-        };
-        if !gather(local) {
-            // A wide cube may be cut where no particle reaches; its inside end is always in reach.
-            let mut inside = node.map(|n| n as f32);
-            inside[cut.axis] += if cut.rising { 0.0 } else { 1.0 };
-            gather(inside);
-        }
-        let outward = if cut.rising { 1.0 } else { -1.0 };
-        let along_edge = Vec3::ith(cut.axis, outward);
-        Vertex {
-            position: Vec3::from_fn(|a, _| {
-                let t = if a == cut.axis {
-                    Real::from(cut.t)
-                } else {
-                    0.0
-                };
-                (Real::from(key[a] * 8) + node[a] as Real + t) * cube
-            }),
-            normal: (-gradient).try_normalize(1e-9).unwrap_or(along_edge),
-            polymer_fraction: sums[1] / sums[0],
-            velocity: [2, 3, 4].map(|k| sums[k] / sums[0]),
-        }
-    }
+/// How freely each vertex may move [1]: not at all where it touches a wall.
+fn free_of(mesh: &TriMesh, solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
+    // Free within a spacing, so that the rim of a contact does not show as a step.
+    let free =
+        |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
+    let positions = mesh.positions.par_iter();
+    positions.map(|x| free(x) as f32).collect()
 }
 
 #[cfg(test)]

@@ -201,3 +201,43 @@ fn a_step_far_too_long_is_noticed() {
     assert!(error.to_string().contains("particle"), "{error}");
     assert!(!simulation.fluid.is_empty());
 }
+
+/// With steps that are let grow far too long, a run takes back those that fail, says so, and comes through; a fixed
+/// step that fails leaves the state before it.
+#[test]
+fn a_step_that_fails_is_taken_back() {
+    let mut s = stirred_box(Scheme::ImmCt, StressStep::Coupled);
+    s.cement.diffusion = 0.0;
+    s.time_step = TimeStep::Adaptive {
+        min: 1e-7,
+        max: 0.02,
+        cfl: 60.0,
+    };
+    let mut simulation =
+        Simulation::new(s.clone(), Solid::default(), WallParticles::default()).unwrap();
+    for v in &mut simulation.fluid.phase_velocity {
+        v.liquid.x = 1.0;
+        v.polymer.x = 1.0;
+    }
+    let mut retries = 0;
+    simulation
+        .advance_to(0.05, |report| {
+            assert!(report.converged);
+            retries += report.retries;
+        })
+        .unwrap();
+    assert!(retries > 0);
+    let ledger = simulation.ledger();
+    assert_eq!(u64::from(retries), ledger.retries);
+    assert!(ledger.speed < 2.0 && ledger.stretch[0] > 0.0);
+
+    s.time_step = TimeStep::Fixed(0.02);
+    let mut fixed = Simulation::new(s, Solid::default(), WallParticles::default()).unwrap();
+    for v in &mut fixed.fluid.phase_velocity {
+        v.liquid.x = 1.0;
+        v.polymer.x = 1.0;
+    }
+    let before = fixed.state();
+    assert!(fixed.advance_to(0.05, |_| {}).is_err());
+    assert!(fixed.state() == before);
+}

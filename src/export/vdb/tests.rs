@@ -54,6 +54,7 @@ fn active<T: Copy>(leaves: &[Leaf<T>]) -> BTreeMap<[i32; 3], T> {
 fn sample() -> Vec<Grid> {
     let grid = |name: &str, leaves| Grid {
         name: name.into(),
+        class: Class::Fog,
         origin: Vec3::new(0.5, -0.25, 2.0),
         voxel: 0.3e-3,
         leaves,
@@ -75,16 +76,25 @@ fn sample() -> Vec<Grid> {
 }
 
 fn bytes(grids: &[Grid]) -> Vec<u8> {
+    stored(grids, Storage::default())
+}
+
+fn stored(grids: &[Grid], storage: Storage) -> Vec<u8> {
     let mut file = Vec::new();
-    write(&mut file, grids).unwrap();
+    write(&mut file, grids, storage).unwrap();
     file
 }
 
 /// Every float grid through vdb-rs, every grid through OpenVDB-rs: same voxels, same values, same place.
 fn assert_read_back(grids: &[Grid]) {
-    let file = bytes(grids);
-    let mut reader = vdb_rs::VdbReader::new(Cursor::new(&file)).unwrap();
-    let (_, read) = OpenVDB_rs::io::read_stream(Cursor::new(&file)).unwrap();
+    for codec in [Codec::Blosc, Codec::Zip, Codec::None] {
+        assert_read_back_from(grids, &stored(grids, Storage { codec, half: false }));
+    }
+}
+
+fn assert_read_back_from(grids: &[Grid], file: &[u8]) {
+    let mut reader = vdb_rs::VdbReader::new(Cursor::new(file)).unwrap();
+    let (_, read) = OpenVDB_rs::io::read_stream(Cursor::new(file)).unwrap();
     assert_eq!(read.len(), grids.len());
     for (grid, read) in grids.iter().zip(&read) {
         assert_eq!(read.name(), grid.name);
@@ -176,6 +186,77 @@ fn the_same_frame_gives_the_same_bytes_on_any_number_of_threads() {
 fn two_grids_of_one_name_are_refused() {
     let mut grids = sample();
     grids[1].name = "density".into();
-    let error = write(&mut Vec::new(), &grids).unwrap_err();
+    let error = write(&mut Vec::new(), &grids, Storage::default()).unwrap_err();
     assert!(error.to_string().contains("density"), "{error}");
+}
+
+#[test]
+fn halves_are_the_nearest_there_are() {
+    let grids = sample();
+    let nearest = |x: f32| half::f16::from_f32(x).to_f32();
+    for codec in [Codec::Blosc, Codec::Zip, Codec::None] {
+        let file = stored(&grids, Storage { codec, half: true });
+        assert!(file.len() < stored(&grids, Storage { codec, half: false }).len());
+        let (_, read) = OpenVDB_rs::io::read_stream(Cursor::new(&file)).unwrap();
+        for (grid, read) in grids.iter().zip(&read) {
+            match &grid.leaves {
+                Leaves::Float(leaves) => {
+                    let expected = active(leaves);
+                    let voxels = read.as_float().unwrap().tree().active_voxels();
+                    let found: BTreeMap<_, _> = voxels
+                        .map(|(at, v)| ([at.x(), at.y(), at.z()], v))
+                        .collect();
+                    let expected: BTreeMap<_, _> = expected
+                        .into_iter()
+                        .map(|(at, v)| (at, nearest(v)))
+                        .collect();
+                    assert_eq!(found, expected);
+                }
+                Leaves::Vec3(leaves) => {
+                    let voxels = read.as_vec3s().unwrap().tree().active_voxels();
+                    let found: BTreeMap<_, _> = voxels
+                        .map(|(at, v)| ([at.x(), at.y(), at.z()], [v.x(), v.y(), v.z()]))
+                        .collect();
+                    let expected: BTreeMap<_, _> = active(leaves)
+                        .into_iter()
+                        .map(|(at, v)| (at, v.map(nearest)))
+                        .collect();
+                    assert_eq!(found, expected);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_level_set_keeps_its_sides() {
+    let background = 0.3;
+    let mut leaves = scattered(0.0, |r| r.between(-0.3, 0.3) as f32);
+    for (n, leaf) in leaves.iter_mut().enumerate() {
+        for i in 0..512 {
+            if leaf.active[i >> 6] >> (i & 63) & 1 == 0 {
+                let inside = n % 3 == 1 || n % 3 == 2 && i % 5 == 0;
+                leaf.values[i] = if inside { -background } else { background };
+            }
+        }
+    }
+    let grid = Grid {
+        name: "surface".into(),
+        class: Class::LevelSet { background },
+        origin: Vec3::zeros(),
+        voxel: 0.1,
+        leaves: Leaves::Float(leaves.clone()),
+    };
+    for codec in [Codec::Blosc, Codec::Zip, Codec::None] {
+        let file = stored(std::slice::from_ref(&grid), Storage { codec, half: false });
+        let (_, read) = OpenVDB_rs::io::read_stream(Cursor::new(&file)).unwrap();
+        let read = read[0].as_float().unwrap();
+        for leaf in &leaves {
+            for i in 0..512_i32 {
+                let [x, y, z] = leaf.first;
+                let at = OpenVDB_rs::Coord::new(x + (i >> 6), y + (i >> 3 & 7), z + (i & 7));
+                assert_eq!(read.tree().get_value(&at), leaf.values[i as usize]);
+            }
+        }
+    }
 }

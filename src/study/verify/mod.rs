@@ -1,8 +1,23 @@
 //! `verify`: the program against exact solutions, case by case, against targets and against its own record.
 
+mod bonding;
+mod channel;
+mod column;
 mod conformation;
+mod couette;
+mod dam;
 mod figure;
+mod ledger;
+mod needle;
+mod phases;
 mod record;
+mod series;
+mod shear;
+mod spheres;
+mod steps;
+mod thinning_channel;
+mod waters_king;
+mod waves;
 
 pub use figure::{Figure, Goal};
 
@@ -31,7 +46,23 @@ pub struct Measured {
 }
 
 /// Every case, in the order of the table.
-pub const CASES: &[Case] = &[conformation::CASE];
+pub const CASES: &[Case] = &[
+    conformation::CASE,
+    waves::CASE,
+    channel::CASE,
+    couette::CASE,
+    waters_king::CASE,
+    thinning_channel::CASE,
+    needle::CASE,
+    shear::CASE,
+    bonding::CASE,
+    column::CASE,
+    spheres::CASE,
+    phases::CASE,
+    dam::CASE,
+    steps::CASE,
+    ledger::CASE,
+];
 
 /// How the cases went.
 pub struct Verdict {

@@ -1,6 +1,10 @@
 //! Surfaces of lattices and clouds against closed answers.
 
+mod finished;
+
+use super::cubes::Brick;
 use super::*;
+use crate::grid::kernel;
 use crate::math::Stream;
 use std::collections::BTreeMap;
 
@@ -40,6 +44,8 @@ fn fill(half: i32, shift: Vec3, inside: impl Fn(&Vec3) -> bool) -> Vec<Vec3> {
 fn with_cube(cube: f64) -> SurfaceSettings {
     SurfaceSettings {
         cube,
+        rounds: 0,
+        keep_volume: false,
         ..SurfaceSettings::default()
     }
 }
@@ -107,8 +113,10 @@ fn random_clouds_give_closed_manifold_oriented_surfaces() {
             smoothing: random.between(1.0, 3.0),
             cube: [0.25, 0.5, 0.8, 1.0][cloud % 4],
             threshold: random.between(0.05, 0.95),
+            rounds: cloud as u32 % 3,
+            ..SurfaceSettings::default()
         };
-        let surface = reconstruct(&frame_of(&points), &settings);
+        let surface = reconstruct(&frame_of(&points), None, &settings);
         assert_closed_manifold_oriented(&surface.mesh);
         let speed = surface.speed();
         for i in 0..surface.mesh.positions.len() {
@@ -130,31 +138,34 @@ fn noise_at_every_node_gives_a_closed_manifold_surface() {
     let mut random = Stream::new(2, "noise");
     let inner = 0..3;
     let mut keys = Vec::new();
-    let mut values = Vec::new();
+    let mut bricks = Vec::new();
     for x in -1..4 {
         for y in -1..4 {
             for z in -1..4 {
                 let full = [x, y, z].iter().all(|k| inner.contains(k));
                 keys.push([x, y, z]);
-                values.push(Box::new(std::array::from_fn(|_| {
-                    if full { random.unit() as f32 } else { 0.0 }
-                })));
+                bricks.push(Brick::Nodes(Box::new(std::array::from_fn(|_| {
+                    if full {
+                        random.unit() as f32 - 0.5
+                    } else {
+                        -0.5
+                    }
+                }))));
             }
         }
     }
     let cubes = Cubes {
         keys: &keys,
-        values: &values,
-        threshold: 0.5,
+        bricks: &bricks,
+        outside: -0.5,
     };
     let cuts = cubes.cuts();
     let mut mesh = TriMesh::default();
     for (key, cuts) in keys.iter().zip(&cuts) {
         for cut in cuts {
-            let node = [cut.node >> 6, cut.node >> 3 & 7, cut.node & 7];
-            let mut p = Vec3::from_fn(|a, _| f64::from(key[a] * 8) + node[a] as f64);
-            p[cut.axis] += f64::from(cut.t);
-            mesh.positions.push(p);
+            let first = Vec3::from(key.map(|k| f64::from(k * 8)));
+            mesh.positions
+                .push(first + Vec3::from(cut.place().map(f64::from)));
         }
     }
     mesh.triangles = cubes.triangles(&cuts);
@@ -182,7 +193,11 @@ fn shells(radius: i32) -> Vec<Vec3> {
 #[test]
 fn a_ball_of_shells_is_round() {
     for (radius, volume_error, area_error) in [(5, 0.045, 0.005), (10, 0.02, 0.005)] {
-        let surface = reconstruct(&frame_of(&shells(radius)), &SurfaceSettings::default());
+        let surface = reconstruct(
+            &frame_of(&shells(radius)),
+            None,
+            &SurfaceSettings::default(),
+        );
         let radius = f64::from(radius);
         let made = volume(&surface.mesh);
         let error = made / (4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)) - 1.0;
@@ -205,7 +220,7 @@ fn a_ball_of_shells_is_round() {
 #[test]
 fn bodies_cut_from_a_lattice_keep_their_volume() {
     let keeps = |points: &[Vec3], tolerance: f64| {
-        let mesh = reconstruct(&frame_of(points), &SurfaceSettings::default()).mesh;
+        let mesh = reconstruct(&frame_of(points), None, &SurfaceSettings::default()).mesh;
         assert_closed_manifold_oriented(&mesh);
         let error = volume(&mesh) / points.len() as f64 - 1.0;
         assert!(error.abs() < tolerance, "volume {error}");
@@ -226,7 +241,7 @@ fn bodies_cut_from_a_lattice_keep_their_volume() {
 #[test]
 fn faces_of_a_slab_lie_half_a_spacing_outside_its_particles() {
     let points = fill(15, Vec3::repeat(0.5), |p| p.z.abs() < 5.0);
-    let surface = reconstruct(&frame_of(&points), &SurfaceSettings::default());
+    let surface = reconstruct(&frame_of(&points), None, &with_cube(0.5));
     let mut seen = 0;
     for (p, n) in surface.mesh.positions.iter().zip(&surface.normal) {
         if p.x.abs() < 8.0 && p.y.abs() < 8.0 {
@@ -246,7 +261,7 @@ fn faces_of_a_slab_lie_half_a_spacing_outside_its_particles() {
 #[test]
 fn drops_and_filaments_of_single_particles_stay_visible() {
     let of = |points: Vec<Vec3>| {
-        let mesh = reconstruct(&frame_of(&points), &SurfaceSettings::default()).mesh;
+        let mesh = reconstruct(&frame_of(&points), None, &SurfaceSettings::default()).mesh;
         volume(&mesh) / points.len() as f64
     };
     let drop = of(vec![Vec3::new(0.13, 0.27, 0.41)]);
@@ -271,7 +286,7 @@ fn vertices_converge_to_the_field_s_own_surface() {
             .sum()
     };
     let measure = |cube: f64| {
-        let surface = reconstruct(&frame_of(&points), &with_cube(cube));
+        let surface = reconstruct(&frame_of(&points), None, &with_cube(cube));
         let positions = &surface.mesh.positions;
         let square: f64 = positions
             .iter()
@@ -304,7 +319,7 @@ fn the_surface_has_the_same_bits_on_any_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| reconstruct(&frame, &SurfaceSettings::default()))
+        pool.install(|| reconstruct(&frame, None, &SurfaceSettings::default()))
     };
     let one = on(1);
     assert!(one.mesh.triangles.len() > 1000);
@@ -315,11 +330,11 @@ fn the_surface_has_the_same_bits_on_any_number_of_threads() {
 fn frames_without_usable_particles_give_an_empty_surface() {
     let empty = Surface::default();
     assert_eq!(
-        reconstruct(&Frame::default(), &SurfaceSettings::default()),
+        reconstruct(&Frame::default(), None, &SurfaceSettings::default()),
         empty
     );
     let lost = frame_of(&[Vec3::repeat(f64::NAN), Vec3::repeat(1e30)]);
-    assert_eq!(reconstruct(&lost, &SurfaceSettings::default()), empty);
+    assert_eq!(reconstruct(&lost, None, &SurfaceSettings::default()), empty);
 }
 
 #[test]

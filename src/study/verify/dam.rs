@@ -1,0 +1,106 @@
+//! The dam break of Martin and Moyce: the front of the bulk.
+
+use super::series::{curve, dots};
+use super::{Bench, Case, Figure, Goal, Measured, StudyError};
+use crate::math::{Aabb, Real, Vec3};
+use crate::report::{Axis, Plot};
+use crate::sim::{BodyShape, StressStep, TimeStep};
+use crate::solid::{Shape, Solid, wall_particles};
+use crate::study::exact::DAM_FRONT;
+use crate::study::scenes::{Place, body, newtonian, settings};
+
+pub(super) const CASE: Case = Case {
+    name: "dam",
+    about: "front of a breaking dam, against the experiment of Martin and Moyce",
+    measure,
+};
+
+const LENGTH: Real = 0.057_15;
+const GRAVITY: Real = 9.81;
+/// Rows across the slab.
+const WIDTH: usize = 6;
+
+fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+    let across = bench.level.pick(12, 24);
+    let samples = bench.level.pick(10, 15);
+    let run = "dam".to_owned();
+    let (fronts, seconds) =
+        bench.run(&run, &(across, samples), || fronts(&run, across, samples))?;
+    let measured = &DAM_FRONT[..samples];
+    let errors = fronts
+        .iter()
+        .zip(measured)
+        .map(|(f, m)| (f[1] / m[1] - 1.0).abs());
+    let worst = errors.fold(0.0, Real::max);
+    let plot = Plot {
+        title: "Front of a breaking dam".into(),
+        x: Axis::linear("t √(2 g / a)".replace('√', "sqrt ").as_str()),
+        y: Axis::linear("front / a"),
+        series: vec![curve("measured", 0, measured.to_vec()), dots(1, fronts)],
+    };
+    let figures = vec![Figure {
+        what: "front of the bulk, largest deviation".into(),
+        resolution: format!("{across} long"),
+        reached: worst,
+        goal: Goal::AtMost(0.05),
+        seconds,
+    }];
+    Ok(Measured { figures, plot })
+}
+
+/// T and x/a of the bulk's front: half as many particles as the column is long are ahead of it in every row. The toe,
+/// a particle or two thick on a floor without friction, runs further ahead than the measured one.
+fn fronts(name: &str, across: u32, samples: usize) -> Result<Vec<[Real; 2]>, StudyError> {
+    let dx = LENGTH / Real::from(across);
+    let solid = Solid {
+        shapes: [Vec3::z(), Vec3::x()]
+            .map(|normal| Shape::HalfSpace {
+                point: Vec3::zeros(),
+                normal,
+            })
+            .to_vec(),
+        grids: Vec::new(),
+    };
+    let domain = Aabb {
+        min: Vec3::new(-3.0 * dx, 0.0, -3.0 * dx),
+        max: Vec3::new(6.0 * LENGTH, WIDTH as Real * dx, 2.5 * LENGTH),
+    };
+    let mut s = settings(dx, domain);
+    s.periodic = [false, true, false];
+    s.stress = StressStep::Explicit;
+    s.gravity = Vec3::z() * -GRAVITY;
+    s.cement = newtonian(1000.0, 1e-3);
+    s.time_step = TimeStep::Adaptive {
+        min: 1e-7,
+        max: 5e-3,
+        cfl: 0.4,
+    };
+    let bounds = Aabb {
+        min: Vec3::zeros(),
+        max: Vec3::new(LENGTH, domain.max.y, 2.0 * LENGTH),
+    };
+    s.bodies = vec![body(BodyShape::Box(bounds), 0.0)];
+    let region = Aabb {
+        min: domain.min,
+        max: domain.max - Vec3::y() * (1e-6 * dx),
+    };
+    let walls = wall_particles(&solid, &region, dx, (s.support_ratio - 0.4) * dx);
+    let place = Place {
+        settings: s,
+        solid,
+        walls,
+        moving: Vec::new(),
+    };
+    let mut simulation = place.start(name)?;
+    let mut fronts = Vec::new();
+    for [time, _] in &DAM_FRONT[..samples] {
+        simulation
+            .advance_to(time * (LENGTH / (2.0 * GRAVITY)).sqrt(), |_| {})
+            .map_err(StudyError::run(name))?;
+        let mut x: Vec<Real> = simulation.fluid.position.iter().map(|x| x.x).collect();
+        x.sort_by(Real::total_cmp);
+        let ahead = WIDTH * across as usize / 2;
+        fronts.push([*time, x[x.len() - 1 - ahead] / LENGTH]);
+    }
+    Ok(fronts)
+}

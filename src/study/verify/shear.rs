@@ -1,0 +1,77 @@
+//! Viscosity and first normal stress difference in a cell of particles, over three decades of shear rate.
+
+use super::series::{curve, dots};
+use super::{Bench, Case, Figure, Goal, Measured, StudyError};
+use crate::math::Real;
+use crate::report::{Axis, Plot};
+use crate::study::exact::steady_shear;
+use crate::study::shear_cell;
+
+pub(super) const CASE: Case = Case {
+    name: "shear-cell",
+    about: "viscosity and normal stress in a cell of particles, over three decades of shear rate",
+    measure,
+};
+
+const RELAXATION: Real = 0.5;
+const THINNING: Real = 0.5;
+
+fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+    let rates = bench.level.pick(
+        vec![0.1, 1.0, 10.0],
+        vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
+    );
+    let mut plot = Plot {
+        title: "A cell of particles as a rheometer".into(),
+        x: Axis::log("shear rate [1/s]"),
+        y: Axis::log("U_xy and U_xx − U_yy"),
+        series: Vec::new(),
+    };
+    let line = |pick: fn(Real) -> Real| {
+        let rates = (-22..=42).map(|k| libm::pow(10.0, 0.05 * Real::from(k)));
+        rates.map(|rate| [rate, pick(rate)]).collect()
+    };
+    let exact = |rate: Real| steady_shear(RELAXATION, THINNING, rate);
+    plot.series.push(curve(
+        "U_xy",
+        0,
+        line(|r| steady_shear(RELAXATION, THINNING, r).xy),
+    ));
+    plot.series.push(curve(
+        "U_xx − U_yy",
+        1,
+        line(|r| steady_shear(RELAXATION, THINNING, r).first),
+    ));
+    let (mut shear, mut normal) = (Vec::new(), Vec::new());
+    let (mut worst_shear, mut worst_normal, mut seconds): (Real, Real, Real) = (0.0, 0.0, 0.0);
+    for rate in rates {
+        let run = format!("shear-cell-{rate}");
+        let (reading, took) = bench.run(&run, &(RELAXATION, THINNING, rate), || {
+            shear_cell::read(&run, RELAXATION, THINNING, rate)
+        })?;
+        seconds += took;
+        shear.push([rate, reading.xy]);
+        normal.push([rate, reading.first]);
+        worst_shear = worst_shear.max((reading.xy / exact(rate).xy - 1.0).abs());
+        worst_normal = worst_normal.max((reading.first / exact(rate).first - 1.0).abs());
+    }
+    plot.series.push(dots(0, shear));
+    plot.series.push(dots(1, normal));
+    let figure = |what: &str, reached: Real| Figure {
+        what: what.into(),
+        resolution: "10 across".into(),
+        reached,
+        goal: Goal::AtMost(0.02),
+        seconds,
+    };
+    Ok(Measured {
+        figures: vec![
+            figure("viscosity, largest error", worst_shear),
+            figure(
+                "first normal stress difference, largest error",
+                worst_normal,
+            ),
+        ],
+        plot,
+    })
+}

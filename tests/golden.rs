@@ -1,0 +1,107 @@
+//! Golden images: `preview --golden` passes what looks the same and stops what does not.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let recipe = fs::read_to_string(set().join("start.toml")).expect("the recipe");
+        fs::write(folder.path().join("start.toml"), recipe).expect("written");
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Exit code and messages of a verb.
+    fn run(&self, verb: &str, recipe: &str, more: &[&str]) -> (Option<i32>, String) {
+        let output = Command::new(env!("CARGO_BIN_EXE_osteoflow"))
+            .current_dir(self.folder.path())
+            .args([verb, recipe, "-o", "out", "--force"])
+            .args(more)
+            .output()
+            .expect("the program starts");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        (output.status.code(), said)
+    }
+
+    fn simulate(&self, recipe: &str) {
+        for verb in ["voxelise", "simulate"] {
+            let (code, said) = self.run(verb, recipe, &[]);
+            assert_eq!(code, Some(0), "{said}");
+        }
+    }
+}
+
+fn set() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
+}
+
+/// After a change that is meant to be seen, look at the pictures and take them as good:
+/// `osteoflow run tests/golden/start.toml -o out/start`, then the same with
+/// `preview --frames 0 --golden tests/golden --bless`.
+#[test]
+fn the_start_looks_as_it_did() {
+    let bench = Bench::new();
+    bench.simulate("start.toml");
+    let golden = set().display().to_string();
+    let more = ["--frames", "0", "--golden", &golden];
+    let (code, said) = bench.run("preview", "start.toml", &more);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn a_shift_a_turn_a_tint_and_a_lost_drop_are_noticed() {
+    let bench = Bench::new();
+    bench.simulate("start.toml");
+    let good = bench.path("good").display().to_string();
+    let golden = ["--golden", &good];
+    let with = |more: &[&'static str]| [&golden[..], more].concat();
+    let (code, said) = bench.run("preview", "start.toml", &golden);
+    assert!(code == Some(2) && said.contains("--bless"), "{said}");
+    let (code, said) = bench.run("preview", "start.toml", &with(&["--bless"]));
+    assert_eq!(code, Some(0), "{said}");
+    for threads in ["1", "2", "3"] {
+        let (code, said) = bench.run("preview", "start.toml", &with(&["--exact", "-n", threads]));
+        assert_eq!(code, Some(0), "{said}");
+    }
+
+    let differs = |recipe: &str, more: &[&'static str]| {
+        let (code, said) = bench.run("preview", recipe, &with(more));
+        assert!(code == Some(5) && said.contains("golden.html"), "{said}");
+        assert!(bench.path("out/golden/golden.html").exists());
+    };
+    // A fiftieth of the distance to the scene.
+    differs("start.toml", &["--set", "preview.view[0].zoom=1.02"]);
+    // One frame late.
+    let kept = fs::read(bench.path("good/front.0001.png")).expect("a picture");
+    fs::copy(
+        bench.path("good/front.0002.png"),
+        bench.path("good/front.0001.png"),
+    )
+    .expect("copied");
+    differs("start.toml", &["--frames", "1"]);
+    fs::write(bench.path("good/front.0001.png"), kept).expect("written");
+
+    let text = fs::read_to_string(bench.path("start.toml")).expect("the recipe");
+    let changed = |name: &str, from: &str, to: &str| {
+        assert!(text.contains(from));
+        fs::write(bench.path(name), text.replace(from, to)).expect("written");
+        bench.simulate(name);
+        differs(name, &["--frames", "0"]);
+    };
+    changed(
+        "tint.toml",
+        "polymer_fraction = 0.2",
+        "polymer_fraction = 0.25",
+    );
+    let drop = text.find("# A drop").expect("a drop")..text.find("[[wall]]").expect("a wall");
+    changed("drop.toml", &text[drop], "");
+}
