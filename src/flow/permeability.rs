@@ -29,7 +29,9 @@ impl Job {
         let shell = settings.shell_thickness.max(settings.endplate_thickness);
         let distance = MeshDistance::new(&outer);
         let (centre, depth) = deepest(&distance, centre, bounds.extent().max() * 0.1);
-        let half = (depth - shell) / libm::sqrt(3.0);
+        // Beyond the domain nothing is built.
+        let to_rim = (centre - domain.min).min().min((domain.max - centre).min());
+        let half = ((depth - shell) / libm::sqrt(3.0)).min(to_rim);
         let edge = ((2.0 * half / grid.voxel) as usize).min(MOST);
         if edge < 16 {
             return Err(FlowError::Unfit {
