@@ -10,6 +10,7 @@ mod mover;
 mod probe;
 mod schemes;
 mod settings;
+mod shifting;
 mod simulation;
 mod solves;
 mod start;

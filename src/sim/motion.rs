@@ -23,6 +23,7 @@ impl Stepper<'_> {
     /// x ← x + dt v_mix; pistons advance and their rows become fluid.
     pub fn move_particles(&mut self) {
         let dt = self.dt;
+        let shift = self.shift();
         let (near, domain) = (&self.near, self.domain);
         let before = self.around.at(self.time);
         let after = self.around.at(self.time + dt);
@@ -33,7 +34,7 @@ impl Stepper<'_> {
             .enumerate()
             .with_min_len(128)
             .for_each(|(i, x)| {
-                let aim = *x + self.mix.velocity[i] * dt;
+                let aim = *x + self.mix.velocity[i] * dt + shift[i];
                 let open = near.wall.row(i).is_empty();
                 *x = domain.wrapped(if open {
                     aim

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;
+/// ψ that even a gap between disordered particles keeps, and a free surface does not reach.
+const NO_SURFACE: Real = 0.75;
 /// Volume strain that a split solve may leave, per u_ref dt/dx.
 const SPLIT_TOLERANCE: Real = 1e-4;
 /// The same, and the velocity residual per u_ref, for the coupled solve.
@@ -20,6 +22,9 @@ const BALANCE: Real = 0.01;
 const MOST_SWEEPS: usize = 600;
 /// Share of a spacing that the flow covers while compression is undone: about a step at the CFL limit.
 const CORRECTION: Real = 0.4;
+/// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure
+/// takes.
+const CLOSED_CORRECTION: Real = 0.2;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -77,7 +82,7 @@ impl Stepper<'_> {
 
     /// Whether the fluid has neither a free surface nor a way in or out.
     pub(super) fn is_closed(&self) -> bool {
-        self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > FULL)
+        self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > NO_SURFACE)
     }
 
     /// Takes the least pressure [Pa] of a closed body off its guess: only differences mean anything there, and a level
@@ -92,14 +97,20 @@ impl Stepper<'_> {
         }
     }
 
-    /// Volume that pressure has to push away [m³]; a closed body can only even it out.
-    pub(super) fn excess_volume(&self, operator: &PressureOperator) -> Vec<Real> {
+    /// Rate at which pressure has to push volume away, so that compression is gone in `correction` [s], but not before
+    /// the end of the step, and gaps by then [m³/s]. A closed body can only even out what it has, and does it slowly.
+    fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
         let mut excess = operator.excess_volume();
+        let slow = self.dt.max(correction);
         if self.is_closed() {
             let n = excess.len();
-            let mean = (ordered_sum(n, |i| excess[i]) / n.max(1) as Real).max(0.0);
+            let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
             for e in &mut excess {
-                *e -= mean;
+                *e = CLOSED_CORRECTION * (*e - mean) / slow;
+            }
+        } else {
+            for e in &mut excess {
+                *e /= if *e > 0.0 { slow } else { self.dt };
             }
         }
         excess
@@ -123,10 +134,15 @@ impl Stepper<'_> {
         let rate = operator.volume_rate_with_walls(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
-                let excess = self.excess_volume(&operator);
+                let correction = if self.is_closed() {
+                    self.correction_time()
+                } else {
+                    0.0
+                };
+                let excess = self.correction_rate(&operator, correction);
                 (
                     0,
-                    (0..n).map(|i| excess[i] / dt + rate[i]).collect::<Vec<_>>(),
+                    (0..n).map(|i| excess[i] + rate[i]).collect::<Vec<_>>(),
                     vec![false; n],
                 )
             }
@@ -189,12 +205,8 @@ impl Stepper<'_> {
         let n = self.fluid.len();
         let dt = self.dt;
         let operator = PressureOperator { near: &self.near };
-        let correction = dt.max(self.correction_time());
-        let excess: Vec<Real> = self
-            .excess_volume(&operator)
-            .iter()
-            .map(|&e| e / if e > 0.0 { correction } else { dt })
-            .collect();
+        let closed = self.is_closed();
+        let excess = self.correction_rate(&operator, self.correction_time());
         let start: Vec<Vec3> = self
             .mix
             .velocity
@@ -223,6 +235,7 @@ impl Stepper<'_> {
             dt,
             force: &force,
             excess: &excess,
+            closed,
         });
         let compression = &self.near.compression;
         let outcome = solver.solve(

@@ -45,6 +45,10 @@ pub struct CoupledProblem<'a> {
     pub force: &'a [Vec3],
     /// c without the walls' motion: excess volume / dt [m³/s].
     pub excess: &'a [Real],
+    /// Whether the fluid has neither a free surface nor a way in or out. Then only differences of pressure mean
+    /// anything, of either sign. On a disordered lattice its level is felt a little all the same (P 1 ≠ 0), enough for
+    /// a solve that is free to choose it to hold particles in place with it, so it stays that of the guess.
+    pub closed: bool,
 }
 
 /// When the solve is good enough.
@@ -250,9 +254,11 @@ impl<'a> CoupledSolver<'a> {
         let velocity_goal = goal
             .velocity
             .min((REDUCTION * guess).max(1e-3 * goal.velocity));
+        let closed = self.problem.closed;
         let mut active: Vec<bool> = (0..n)
             .map(|i| {
-                x[i][3] > 0.0
+                closed
+                    || x[i][3] > 0.0
                     || if cold {
                         full(i) || s[i] > 0.0
                     } else {
@@ -267,12 +273,13 @@ impl<'a> CoupledSolver<'a> {
                     x[i][3] = 0.0;
                 }
             }
-            let b: Vec<Packed> = (0..n)
+            let mut b: Vec<Packed> = (0..n)
                 .map(|i| {
                     let f = self.force[i];
                     [f.x, f.y, f.z, if active[i] { -self.source[i] } else { 0.0 }]
                 })
                 .collect();
+            self.level(&mut b);
             let norms = |r: &[Packed]| {
                 let strain = ordered_sum(n, |i| r[i][3] * r[i][3]) / n as Real;
                 let speed = ordered_sum(n, |i| {
@@ -295,12 +302,23 @@ impl<'a> CoupledSolver<'a> {
             });
             outcome.iterations += iterations;
             outcome.outers += 1;
-            for value in &mut x {
-                value[3] = value[3].max(0.0);
+            if !closed {
+                for value in &mut x {
+                    value[3] = value[3].max(0.0);
+                }
             }
             let s = self.constraint(&x);
+            let mean = if closed {
+                ordered_sum(n, |i| s[i]) / n as Real
+            } else {
+                0.0
+            };
             let left = |i: usize| {
-                if x[i][3] > 0.0 { s[i] } else { s[i].max(0.0) }
+                if closed || x[i][3] > 0.0 {
+                    s[i] - mean
+                } else {
+                    s[i].max(0.0)
+                }
             };
             outcome.strain_rate =
                 (ordered_sum(n, |i| left(i) * left(i)) / n as Real).sqrt() / volume;
@@ -312,6 +330,9 @@ impl<'a> CoupledSolver<'a> {
             if outcome.converged || outcome.outers >= MOST_OUTERS {
                 break;
             }
+            if closed {
+                continue;
+            }
             active = (0..n).map(|i| x[i][3] > 0.0 || s[i] > 0.0).collect();
         }
         for i in 0..n {
@@ -319,6 +340,16 @@ impl<'a> CoupledSolver<'a> {
             pressure[i] = x[i][3];
         }
         outcome
+    }
+
+    /// Takes the mean out of the pressure rows of a closed body.
+    pub(super) fn level(&self, rows: &mut [Packed]) {
+        if self.problem.closed {
+            let mean = ordered_sum(rows.len(), |i| rows[i][3]) / rows.len() as Real;
+            for row in rows {
+                row[3] -= mean;
+            }
+        }
     }
 
     /// Takes a new set F: C, the coarse level.
@@ -436,6 +467,7 @@ impl minres::Operator for CoupledSolver<'_> {
                     ];
                 }
             });
+        self.level(out);
     }
 }
 

@@ -45,5 +45,6 @@ impl Preconditioner for CoupledSolver<'_> {
                     };
                 }
             });
+        self.level(z);
     }
 }
