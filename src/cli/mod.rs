@@ -151,6 +151,7 @@ fn run_stages(
     )?;
     job.frames = work.frames;
     job.resume = work.resume;
+    job.early_picture = stages.contains(&Stage::Preview);
     heed_signals(&job);
     for &stage in stages {
         job.run(stage, show)?;
@@ -215,7 +216,7 @@ fn code(error: &Failure) -> u8 {
         | FlowError::Unfit { .. }
         | FlowError::NoFrame { .. }
         | FlowError::Bone(_)
-        | FlowError::Sim(SimError::TooMany(..)) => 3,
+        | FlowError::Sim(SimError::TooMany(..) | SimError::NoRoom { .. }) => 3,
         FlowError::Sim(SimError::Diverged { .. } | SimError::Unconverged { .. }) => 4,
         FlowError::Stopped { .. } => 75,
         FlowError::Cache(_)

@@ -13,7 +13,7 @@ use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
 use image::codecs::png::PngEncoder;
 use image::{ImageEncoder, RgbImage};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Angle across the shorter side of a picture [rad].
 const FIELD_OF_VIEW: Real = 0.5;
@@ -41,6 +41,19 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
         Ok(())
     })?;
     overview::write(job)
+}
+
+/// The first view of the start, as `work` will draw it again; where it lies.
+pub(super) fn draw_start(job: &Job) -> Result<Option<PathBuf>, FlowError> {
+    let Some(view) = job.scene.preview.views.first() else {
+        return Ok(None);
+    };
+    let props = Props::read(job)?;
+    let cement = Cement::new(&cache::read_frame(&job.folder.frame(0))?, &props, job);
+    let picture = draw(job, &props, &cement, view, camera(job, &props, view));
+    let path = job.folder.picture(&view.name, 0);
+    cache::write(&path, &png(&path, &picture)?)?;
+    Ok(Some(path))
 }
 
 /// What stands around the cement.

@@ -27,7 +27,7 @@ pub struct Recipe {
     /// Which list of terms a step is: `"imm_ct"`, `"imm"` or `"dfsph"`.
     #[serde(default = "default_scheme")]
     pub scheme: Scheme,
-    /// `"coupled"` (steps at the CFL limit) or `"explicit"`.
+    /// `"coupled"` (steps at the CFL limit), `"explicit"`, or `"auto"` (coupled where the explicit limits bind).
     #[serde(default = "default_stress")]
     pub stress: StressStep,
     /// What a coupled step does with elastic waves: `"damped"` (creeping flow) or `"resolved"`.

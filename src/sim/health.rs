@@ -2,6 +2,7 @@
 
 use crate::fluid::FluidParticles;
 use crate::math::{Real, Vec3};
+use rayon::prelude::*;
 
 /// Falling over is an answer, not a crash.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -45,6 +46,20 @@ pub enum SimError {
         /// Share of the inflow left unbalanced [1].
         balance: Real,
     },
+    /// Fluid cannot be pressed into a closed space that is full.
+    #[error(
+        "inlet `{inlet}` opens into a closed space with room for {:.3} ml, but {:.3} ml are to be pressed in: give it a \
+         way out, or lower `dose`",
+        .room * 1e6, .pressed * 1e6
+    )]
+    NoRoom {
+        /// Name of the inlet.
+        inlet: String,
+        /// What all inlets there press in [m³].
+        pressed: Real,
+        /// What is empty [m³].
+        room: Real,
+    },
     /// The neighbour rows cannot be numbered.
     #[error("the scene holds {0} fluid particles; at most {1} fit: use a coarser spacing")]
     TooMany(usize, usize),
@@ -77,7 +92,8 @@ impl std::fmt::Display for Symptom {
 /// The first ill particle, if any: its index and what is wrong.
 pub fn first_symptom(fluid: &FluidParticles, reach: Real, dt: Real) -> Option<(usize, Symptom)> {
     let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
-    (0..fluid.len()).find_map(|i| {
+    let particles = (0..fluid.len()).into_par_iter().with_min_len(2048);
+    particles.find_map_first(|i| {
         let v = &fluid.phase_velocity[i];
         let alpha = fluid.polymer_fraction[i];
         let symptom = if !finite(&fluid.position[i])

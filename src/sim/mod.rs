@@ -8,6 +8,7 @@ mod motion;
 mod motion_law;
 mod mover;
 mod probe;
+mod room;
 mod schemes;
 mod settings;
 mod shifting;

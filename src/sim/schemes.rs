@@ -26,14 +26,14 @@ fn step_dfsph(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.find_neighbours();
     s.refresh_mixture(false); //                                        Eqs 4, 5
     s.choose_step(left);
-    match s.settings.stress {
+    match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence);
             s.apply_gravity();
             s.apply_viscosity();
             s.project(Source::Volume);
         }
-        StressStep::Coupled => s.solve_newtonian(),
+        StressStep::Coupled | StressStep::Auto => s.solve_newtonian(),
     }
     s.check("pressure")?;
     s.move_particles();
@@ -45,14 +45,14 @@ fn step_imm(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.find_neighbours();
     s.refresh_mixture(false); //                                        Eqs 4, 5, 8
     s.choose_step(left);
-    match s.settings.stress {
+    match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence); //                           Eq. 6
             s.apply_gravity();
             s.apply_viscosity(); //                                     Eq. 7
             s.project(Source::Volume); //                               Eq. 6
         }
-        StressStep::Coupled => s.solve_newtonian(), //                  Eqs 6, 7
+        StressStep::Coupled | StressStep::Auto => s.solve_newtonian(), //                  Eqs 6, 7
     }
     s.relax_slip();
     s.check("pressure")?;
@@ -68,7 +68,7 @@ fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.refresh_mixture(true); //                                         Eqs 4, 5, 8, 10
     s.refresh_gradient(); //                                            Eq. 2
     s.choose_step(left);
-    match s.settings.stress {
+    match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence); //                           Eq. 6
             s.apply_gravity();
@@ -76,7 +76,7 @@ fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
             s.check("polymer stress")?;
             s.project(Source::Volume); //                               Eq. 6
         }
-        StressStep::Coupled => s.solve_viscoelastic(), //               Eqs 6, 12–16
+        StressStep::Coupled | StressStep::Auto => s.solve_viscoelastic(), //               Eqs 6, 12–16
     }
     s.relax_slip();
     s.check("pressure")?;

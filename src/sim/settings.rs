@@ -64,6 +64,8 @@ pub enum StressStep {
     Explicit,
     /// Velocity, pressure and stress in one implicit solve: steps at the CFL limit.
     Coupled,
+    /// Step by step: explicit where its limits allow the step of the coupled solve, coupled where they bind.
+    Auto,
 }
 
 /// Elastic waves in a coupled step: whether noise is damped at their cost.

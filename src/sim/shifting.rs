@@ -7,8 +7,6 @@
 
 use super::stepper::Stepper;
 use crate::math::{Real, Vec3, ordered_sum};
-use crate::sph::operators::velocity_gradient;
-use crate::sph::vector;
 use rayon::prelude::*;
 
 /// A.
@@ -19,26 +17,20 @@ const MOST: Real = 0.1;
 impl Stepper<'_> {
     /// Shift of each particle [m], none where the body is not closed; velocities become those of the new places.
     pub(super) fn shift(&mut self) -> Vec<Vec3> {
-        if !self.is_closed() {
+        if !self.closed {
             return vec![Vec3::zeros(); self.fluid.len()];
         }
-        let near = &self.near;
+        self.refresh_gradient();
+        let near = &*self.near;
+        let gradient = &self.gradient;
         let n = self.fluid.len();
         let dx = self.settings.spacing;
-        let gradient = velocity_gradient(near, &self.mix.velocity);
         let shift: Vec<Vec3> = (0..n)
             .into_par_iter()
             .with_min_len(128)
             .map(|i| {
-                let mut crowding = Vec3::zeros();
-                for pair in near.fluid.row(i) {
-                    crowding += vector(pair.gradient);
-                }
-                for pair in near.wall.row(i) {
-                    crowding += vector(pair.gradient);
-                }
                 let strain = 0.5 * (gradient[i] + gradient[i].transpose()).norm();
-                let shift = crowding * (-STRENGTH * dx * dx * (strain * self.dt).min(1.0));
+                let shift = near.crowding(i) * (-STRENGTH * dx * dx * (strain * self.dt).min(1.0));
                 shift * (MOST * dx / shift.norm().max(MOST * dx))
             })
             .collect();

@@ -5,14 +5,15 @@ use crate::fluid::mixture;
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
 use crate::sph::operators::Mean;
 use crate::sph::{
-    ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, Source, solve_pressure,
+    ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
+    Source, solve_pressure,
 };
-use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;
-/// ψ that even a gap between disordered particles keeps, and a free surface does not reach.
-const NO_SURFACE: Real = 0.75;
+/// |Σ V ∇W| Δx from which neighbours are on one side: 0.3 to 0.6 at a plane surface, at most 0.12 in an array of
+/// cylinders.
+const ONE_SIDED: Real = 0.25;
 /// Volume strain that a split solve may leave, per u_ref dt/dx.
 const SPLIT_TOLERANCE: Real = 1e-4;
 /// The same, and the velocity residual per u_ref, for the coupled solve.
@@ -80,15 +81,19 @@ impl Stepper<'_> {
         }
     }
 
-    /// Whether the fluid has neither a free surface nor a way in or out.
-    pub(super) fn is_closed(&self) -> bool {
-        self.inlets.is_empty() && self.near.compression.iter().all(|&psi| psi > NO_SURFACE)
+    /// Whether the fluid has neither a free surface nor a way in or out. At a surface a particle has neighbours on one
+    /// side; in a gap between disordered particles, all round. (ψ cannot tell: a surface that rests comes up to 1.)
+    pub(super) fn find_closed(&self) -> bool {
+        let near = &*self.near;
+        let one_sided = |i: usize| near.crowding(i).norm() * self.settings.spacing > ONE_SIDED;
+        let all = (0..near.len()).into_par_iter().with_min_len(256);
+        self.inlets.is_empty() && !all.any(one_sided)
     }
 
     /// Takes the least pressure [Pa] of a closed body off its guess: only differences mean anything there, and a level
     /// that grew from step to step would press particles into the dents of walls and lattices.
     fn lower(&self, pressure: &mut [Real]) {
-        if self.is_closed() {
+        if self.closed {
             let n = pressure.len();
             let least = -ordered_max(n, |i| -pressure[i]);
             for p in pressure {
@@ -102,7 +107,7 @@ impl Stepper<'_> {
     fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
         let mut excess = operator.excess_volume();
         let slow = self.dt.max(correction);
-        if self.is_closed() {
+        if self.closed {
             let n = excess.len();
             let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
             for e in &mut excess {
@@ -130,11 +135,14 @@ impl Stepper<'_> {
     pub fn project(&mut self, source: Source) {
         let n = self.fluid.len();
         let dt = self.dt;
-        let operator = PressureOperator { near: &self.near };
-        let rate = operator.volume_rate_with_walls(&self.mix.velocity);
+        let mass = &self.mix.mass;
+        let mobility: Vec<Real> = mass.iter().map(|m| dt / m).collect();
+        let operator = PressureOperator { near: self.near };
+        let mut repeated = RepeatedPressure::new(self.near, &mobility);
+        let rate = repeated.volume_rate(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
-                let correction = if self.is_closed() {
+                let correction = if self.closed {
                     self.correction_time()
                 } else {
                     0.0
@@ -156,15 +164,6 @@ impl Stepper<'_> {
                     .collect(),
             ),
         };
-        let mass = &self.mix.mass;
-        let mobility = |force: &[Vec3]| -> Vec<Vec3> {
-            force
-                .par_iter()
-                .zip(mass)
-                .with_min_len(256)
-                .map(|(f, m)| f * (dt / m))
-                .collect()
-        };
         let diagonal: Vec<Real> = operator.diagonal(mass).iter().map(|d| d * dt).collect();
         let loose = if source == Source::Divergence {
             10.0
@@ -179,18 +178,9 @@ impl Stepper<'_> {
         };
         let mut k: Vec<Real> = self.fluid.pressure.iter().map(|p| p[slot]).collect();
         self.lower(&mut k);
-        let outcome = solve_pressure(
-            &operator,
-            mobility,
-            &diagonal,
-            &source_rate,
-            &free,
-            &goal,
-            &mut k,
-        );
-        let push = operator.force(&k);
+        let outcome = solve_pressure(&mut repeated, &diagonal, &source_rate, &free, &goal, &mut k);
         let velocity: Vec<Vec3> = (0..n)
-            .map(|i| self.mix.velocity[i] - push[i] * (dt / mass[i]))
+            .map(|i| self.mix.velocity[i] - repeated.velocity(i))
             .collect();
         self.accept(slot, &k, &velocity);
         self.note(
@@ -204,8 +194,8 @@ impl Stepper<'_> {
     pub(super) fn solve_coupled(&mut self, viscosity: &[Real], mean: Mean, mut force: Vec<Vec3>) {
         let n = self.fluid.len();
         let dt = self.dt;
-        let operator = PressureOperator { near: &self.near };
-        let closed = self.is_closed();
+        let operator = PressureOperator { near: self.near };
+        let closed = self.closed;
         let excess = self.correction_rate(&operator, self.correction_time());
         let start: Vec<Vec3> = self
             .mix
@@ -227,7 +217,7 @@ impl Stepper<'_> {
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
         self.lower(&mut pressure);
         let mut solver = CoupledSolver::new(CoupledProblem {
-            near: &self.near,
+            near: self.near,
             position: &self.fluid.position,
             mass: &self.mix.mass,
             viscosity,

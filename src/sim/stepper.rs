@@ -43,10 +43,14 @@ pub struct Stepper<'a> {
     pub walls: &'a Walls,
     pub fluid: &'a mut FluidParticles,
     pub inlets: &'a mut [InletState],
-    pub near: Neighbourhood,
+    pub near: &'a mut Neighbourhood,
     pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
+    /// Whether the fluid has neither a free surface nor a way in or out.
+    pub closed: bool,
+    /// How this step's stress is stepped.
+    pub stress: StressStep,
     /// Largest step after one that failed [s], if one did lately.
     pub caution: Option<Real>,
     pub dt: Real,
@@ -72,7 +76,7 @@ impl Stepper<'_> {
             mover.stand(self.time, self.domain, &mut moving);
         }
         let scenery = self.around.at(self.time);
-        self.near = Neighbourhood::new(
+        self.near.rebuild(
             &self.fluid.position,
             self.settings.spacing,
             self.kernel,
@@ -84,6 +88,7 @@ impl Stepper<'_> {
         self.moving = moving;
         self.report.pairs = self.near.fluid.entries();
         self.report.awake = self.near.awake;
+        self.closed = self.find_closed();
         self.report.converged = true;
     }
 
@@ -100,7 +105,7 @@ impl Stepper<'_> {
         let cement = &self.settings.cement;
         let drag = if bonds && self.mixes() {
             let own = self.near.rest_volume * self.kernel.w(0.0);
-            bonding::drag(cement, self.fluid, &self.near, own)
+            bonding::drag(cement, self.fluid, self.near, own)
         } else if self.settings.scheme == Scheme::Dfsph {
             vec![1.0; self.fluid.len()]
         } else {
@@ -112,7 +117,8 @@ impl Stepper<'_> {
 
     /// L from v_mix (Eq. 2).
     pub fn refresh_gradient(&mut self) {
-        self.gradient = velocity_gradient(&self.near, &self.mix.velocity);
+        self.near.correct();
+        self.gradient = velocity_gradient(self.near, &self.mix.velocity);
     }
 
     /// Chooses dt; `left` [s] remain to the end of the frame.
@@ -141,7 +147,8 @@ impl Stepper<'_> {
             density: -ordered_max(n, |i| -self.mix.density[i]),
             pressure: ordered_max(n, |i| fluid.pressure[i][0]),
         };
-        let (mut dt, mut limit) = time_step::choose(self.settings, &flow);
+        let (mut dt, mut limit, stress) = time_step::choose(self.settings, &flow);
+        self.stress = stress;
         if let TimeStep::Adaptive { cfl, .. } = self.settings.time_step {
             for mover in self.around.movers {
                 let most = mover.most_step(self.time, cfl * self.settings.spacing, dt);
@@ -201,10 +208,7 @@ impl Stepper<'_> {
             return Ok(());
         };
         // Explicit steps may legitimately be violent in a single term; only the whole step can run away.
-        if what == Symptom::Runaway
-            && self.settings.stress == StressStep::Explicit
-            && term != "the step"
-        {
+        if what == Symptom::Runaway && self.stress == StressStep::Explicit && term != "the step" {
             return Ok(());
         }
         Err(SimError::Diverged {

@@ -78,8 +78,39 @@ pub struct FlowMeasures {
 /// Strain in a coupled step: the conformation update takes the gradient as frozen.
 const MOST_STRAIN: Real = 0.5;
 
-/// The step [s] and its limit.
-pub fn choose(settings: &SimSettings, flow: &FlowMeasures) -> (Real, Limit) {
+/// The step [s], its limit, and how its stress is stepped (never `Auto`).
+pub fn choose(settings: &SimSettings, flow: &FlowMeasures) -> (Real, Limit, StressStep) {
+    let with = |stress| limited(settings, flow, stress);
+    let stress = match (settings.stress, settings.time_step) {
+        (StressStep::Auto, TimeStep::Adaptive { .. }) => {
+            explicit_if(with(StressStep::Explicit).0 >= with(StressStep::Coupled).0)
+        }
+        (StressStep::Auto, TimeStep::Fixed(dt)) => {
+            let adaptive = SimSettings {
+                time_step: TimeStep::Adaptive {
+                    min: 0.0,
+                    max: dt,
+                    cfl: Real::INFINITY,
+                },
+                ..settings.clone()
+            };
+            explicit_if(limited(&adaptive, flow, StressStep::Explicit).0 >= dt)
+        }
+        (stress, _) => stress,
+    };
+    let (dt, limit) = with(stress);
+    (dt, limit, stress)
+}
+
+fn explicit_if(allowed: bool) -> StressStep {
+    if allowed {
+        StressStep::Explicit
+    } else {
+        StressStep::Coupled
+    }
+}
+
+fn limited(settings: &SimSettings, flow: &FlowMeasures, stress: StressStep) -> (Real, Limit) {
     let (min, max, cfl) = match settings.time_step {
         TimeStep::Fixed(dt) => return (dt, Limit::Fixed),
         TimeStep::Adaptive { min, max, cfl } => (min, max, cfl),
@@ -98,8 +129,8 @@ pub fn choose(settings: &SimSettings, flow: &FlowMeasures) -> (Real, Limit) {
             Limit::Diffusion,
         );
     }
-    match settings.stress {
-        StressStep::Coupled => {
+    match stress {
+        StressStep::Coupled | StressStep::Auto => {
             if settings.scheme == Scheme::ImmCt {
                 limit(MOST_STRAIN / flow.strain_rate.max(1e-12), Limit::Strain);
             }

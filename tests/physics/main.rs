@@ -7,5 +7,6 @@ mod dam;
 mod ledger;
 mod movers;
 mod needle;
+mod room;
 mod scenes;
 mod waves;

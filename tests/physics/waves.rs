@@ -68,6 +68,26 @@ fn newtonian_wave_decays_as_it_should() {
     }
 }
 
+/// Left to itself a step is explicit where the explicit limits allow it and coupled where they bind: same bits.
+#[test]
+fn a_step_solves_only_where_explicit_limits_bind() {
+    let with = |stress, dt| {
+        let mut s = periodic(32.0, 0.05);
+        s.cement = newtonian(1000.0, 8.0);
+        s.stress = stress;
+        s.time_step = TimeStep::Fixed(dt);
+        amplitude(s, 20.0 * dt)
+    };
+    // 0.12 ρ Δx²/η is 37 µs.
+    for (dt, same) in [(30e-6, StressStep::Explicit), (45e-6, StressStep::Coupled)] {
+        assert_eq!(with(StressStep::Auto, dt), with(same, dt), "{same:?}");
+    }
+    assert_ne!(
+        with(StressStep::Explicit, 30e-6),
+        with(StressStep::Coupled, 30e-6)
+    );
+}
+
 /// Amplitude at 0.05 s less the exact one, −0.394344.
 fn oldroyd(stress: StressStep, dt: f64) -> f64 {
     let mut s = periodic(32.0, 0.05);
