@@ -74,6 +74,7 @@
 //! | [Baroud04] | G. Baroud et al., "Experimental and theoretical investigation of directional permeability of human vertebral cancellous bone for cement infiltration", J. Biomech. 37 (2004) |
 //! | [Panjabi92] | M. Panjabi et al., "Human lumbar vertebrae: quantitative three-dimensional anatomy", Spine 17 (1992) |
 //! | [Hildebrand99] | T. Hildebrand et al., "Direct three-dimensional morphometric analysis of human cancellous bone", J. Bone Miner. Res. 14 (1999) |
+//! | [Happel59] | J. Happel, "Viscous flow relative to arrays of cylinders", AIChE J. 5 (1959) |
 //! | [Ginzburg08] | I. Ginzburg, F. Verhaeghe, D. d'Humières, "Two-relaxation-time lattice Boltzmann scheme", Commun. Comput. Phys. 3 (2008) |
 //! | [Zick82] | A. Zick, G. Homsy, "Stokes flow through periodic arrays of spheres", J. Fluid Mech. 115 (1982) |
 //! | [Toussaint80] | G. Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern Recognition 12 (1980) |

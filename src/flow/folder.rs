@@ -87,6 +87,11 @@ impl Folder {
         self.root.join("boundary/bone.json")
     }
 
+    /// How wide the ways to its pores are.
+    pub fn bone_throats(&self) -> PathBuf {
+        self.root.join("boundary/throats.png")
+    }
+
     /// Three slices through the bone.
     pub fn bone_slices(&self) -> PathBuf {
         self.root.join("boundary/slices.png")

@@ -17,6 +17,7 @@ mod slices;
 mod stage;
 mod stamp;
 mod surface;
+mod throats;
 mod voxelise;
 
 pub use doubts::doubts;
