@@ -5,7 +5,7 @@ use crate::cache::{self, Frame};
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
 use crate::preview::{
-    Camera, Colour, Colours, Cut, Legend, Material, MeshLayer, Scene, colour, render,
+    Backdrop, Camera, Colour, Colours, Cut, Legend, Lettering, Material, MeshLayer, colour,
 };
 use crate::scene::{BoneLook, View};
 use crate::sim::{Motion, Pose};
@@ -24,17 +24,14 @@ const STEEL: [u8; 3] = [158, 165, 174];
 
 pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let props = Props::read(job)?;
-    let cameras: Vec<Camera> = job
-        .scene
-        .preview
-        .views
-        .iter()
-        .map(|view| camera(job, &props, view))
+    let views = &job.scene.preview.views;
+    let backdrops: Vec<Backdrop> = (views.iter())
+        .map(|view| backdrop(job, &props, view, &camera(job, &props, view)))
         .collect();
     each_frame(job, |frame| {
         let cement = Cement::new(frame, &props, job);
-        for (view, camera) in job.scene.preview.views.iter().zip(&cameras) {
-            let picture = draw(job, &props, &cement, view, *camera);
+        for (view, backdrop) in views.iter().zip(&backdrops) {
+            let picture = draw(job, &props, &cement, view, backdrop);
             let path = job.folder.picture(&view.name, frame.index);
             cache::write(&path, &png(&path, &picture)?)?;
         }
@@ -185,36 +182,68 @@ fn corners(bounds: &Aabb) -> Vec<Vec3> {
         .collect()
 }
 
-fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) -> RgbImage {
-    let cut = |cap: Colour| {
-        view.cut.map(|plane| Cut {
-            point: plane.point,
-            normal: plane.normal,
-            cap,
-        })
-    };
+/// What stands still in a view.
+fn backdrop<'a>(job: &Job, props: &'a Props, view: &View, camera: &Camera) -> Backdrop<'a> {
     let bone_cap = colour::from_srgb(colour::CUT_BONE);
+    let cut = cut(view, bone_cap);
     // The part that is taken away stays as glass, and so does what has no inside to show.
-    let removed = cut(bone_cap).map(|cut| Cut {
+    let removed = cut.map(|cut| Cut {
         normal: -cut.normal,
         ..cut
     });
+    let mut still = vec![props.cannulas.layer(STEEL, Material::CEMENT, None)];
+    match view.bone {
+        BoneLook::Glass => {
+            for shown in [&props.bone, &props.walls] {
+                still.push(shown.layer(colour::BONE, Material::GLASS_BONE, None));
+            }
+        }
+        BoneLook::Cut => {
+            for shown in [&props.inside, &props.walls] {
+                still.push(shown.layer(colour::BONE, Material::BONE, cut));
+            }
+            for (shown, cut) in [(&props.bone, removed), (&props.rest, cut)] {
+                still.push(shown.layer(colour::BONE, Material::GLASS_BONE, cut));
+            }
+        }
+        BoneLook::Hidden => {}
+    }
+    Backdrop::new(
+        &still,
+        camera,
+        &job.scene.sim.domain,
+        &job.scene.preview.picture,
+    )
+}
+
+fn cut(view: &View, cap: Colour) -> Option<Cut> {
+    view.cut.map(|plane| Cut {
+        point: plane.point,
+        normal: plane.normal,
+        cap,
+    })
+}
+
+fn draw(
+    job: &Job,
+    props: &Props,
+    cement: &Cement,
+    view: &View,
+    backdrop: &Backdrop<'_>,
+) -> RgbImage {
     // A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
-    let cement_cut = cut(cement.inner).map(|cut| Cut {
+    let cement_cut = cut(view, cement.inner).map(|cut| Cut {
         point: cut.point - cut.normal * (STEP_BACK * job.scene.sim.spacing),
         ..cut
     });
-    let mut meshes = vec![
-        MeshLayer {
-            positions: &cement.surface.mesh.positions,
-            triangles: &cement.surface.mesh.triangles,
-            normals: Some(&cement.surface.normal),
-            colours: Colours::Vertex(&cement.colours),
-            material: Material::CEMENT,
-            cut: cement_cut.filter(|_| view.cut_cement),
-        },
-        props.cannulas.layer(STEEL, Material::CEMENT, None),
-    ];
+    let mut moving = vec![MeshLayer {
+        positions: &cement.surface.mesh.positions,
+        triangles: &cement.surface.mesh.triangles,
+        normals: Some(&cement.surface.normal),
+        colours: Colours::Vertex(&cement.colours),
+        material: Material::CEMENT,
+        cut: cement_cut.filter(|_| view.cut_cement),
+    }];
     let movers: Vec<Shown> = props
         .movers
         .iter()
@@ -223,26 +252,8 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
     let steel = movers
         .iter()
         .map(|shown| shown.layer(STEEL, Material::CEMENT, None));
-    meshes.extend(steel);
-    match view.bone {
-        BoneLook::Glass => {
-            for shown in [&props.bone, &props.walls] {
-                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, None));
-            }
-        }
-        BoneLook::Cut => {
-            for shown in [&props.inside, &props.walls] {
-                meshes.push(shown.layer(colour::BONE, Material::BONE, cut(bone_cap)));
-            }
-            for (shown, cut) in [(&props.bone, removed), (&props.rest, cut(bone_cap))] {
-                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, cut));
-            }
-        }
-        BoneLook::Hidden => {}
-    }
-    let scene = Scene {
-        meshes,
-        camera,
+    moving.extend(steel);
+    let lettering = Lettering {
         label: Some(cement.label.clone()),
         legend: Some(Legend {
             title: "polymer fraction".to_owned(),
@@ -251,9 +262,8 @@ fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) 
             map: colour::polymer,
         }),
         scale_bar: true,
-        ..Scene::default()
     };
-    render(&scene, &job.scene.preview.picture)
+    backdrop.draw(&moving, &[], &lettering)
 }
 
 pub(super) fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {

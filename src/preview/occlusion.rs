@@ -12,6 +12,11 @@ const BIAS: Real = 0.08;
 /// Darkening by a neighbourhood that rises everywhere.
 const STRENGTH: Real = 3.2;
 
+/// How far it looks [pixels].
+pub(super) fn reach(view: &View) -> Real {
+    REACH * view.width.min(view.height) as Real
+}
+
 /// Depths of a picture to look around in.
 pub(super) struct Neighbourhood<'a> {
     view: &'a View,
@@ -29,21 +34,16 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
-    /// How far it looks [pixels].
-    pub fn reach(&self) -> Real {
-        REACH * self.view.width.min(self.view.height) as Real
-    }
-
     /// Share of the sky [1] that is open at a pixel, asked at `taps` in the unit disc.
     pub fn open(&self, pixel: usize, normal: &Vec3, taps: &[[Real; 2]]) -> Real {
         let (width, height) = (self.view.width as Real, self.view.height as Real);
         let (column, row) = (pixel % self.view.width, pixel / self.view.width);
         let point = self.point(column, row);
-        let far = self.reach() * point.z / self.view.focal;
+        let far = reach(self.view) * point.z / self.view.focal;
         let mut hidden = 0.0;
         for tap in taps {
             // The half pixel and more keeps the inmost taps off the pixel itself.
-            let away = |along: Real| (along * self.reach() + along.signum()).round();
+            let away = |along: Real| (along * reach(self.view) + along.signum()).round();
             let (c, r) = (column as Real + away(tap[0]), row as Real + away(tap[1]));
             if c >= 0.0 && r >= 0.0 && c < width && r < height {
                 hidden += hides(&(self.point(c as usize, r as usize) - point), normal, far);
