@@ -35,6 +35,8 @@ pub(super) enum Verb {
     Preview(PreviewArguments),
     /// All of these in turn, each only if its results are missing or out of date.
     Run(WorkArguments),
+    /// Puts the pictures of several runs on one sheet: a row each, columns of times, frames that say how they ended.
+    Sheet(SheetArguments),
     /// Prints the JSON Schema of a recipe, for editors.
     Schema,
     /// Makes a mesh from formulas.
@@ -275,6 +277,23 @@ pub(super) struct PreviewArguments {
     /// Every byte counts, not only what can be seen.
     #[arg(long, requires = "golden")]
     pub exact: bool,
+}
+
+/// Runs side by side.
+#[derive(Debug, Args)]
+pub(super) struct SheetArguments {
+    /// Output folders whose pictures are made.
+    #[arg(required = true)]
+    pub folders: Vec<PathBuf>,
+    /// The PNG to write.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Which view; the first of each run if not given.
+    #[arg(long)]
+    pub view: Option<String>,
+    /// How many moments, from each run's start to its end.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u8).range(1..=50))]
+    pub times: u8,
 }
 
 /// A recipe, and changes to it.

@@ -87,6 +87,12 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(preview) => pictures(preview, common, &mut progress),
         Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
+        Verb::Sheet(what) => Ok(flow::sheet(
+            &what.folders,
+            what.view.as_deref(),
+            what.times.into(),
+            &what.out,
+        )?),
         Verb::Schema => print(&format!("{:#}\n", scene::schema())),
         Verb::Make(shape) => Ok(make::make(shape)?),
         Verb::Verify { cases, work } => study::verify(cases, work, common.quiet, common.json),
@@ -205,7 +211,10 @@ fn code(error: &Failure) -> u8 {
         Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_)) => return 1,
     };
     match error {
-        FlowError::NoFrames { .. } | FlowError::NoGolden(_) => 2,
+        FlowError::NoFrames { .. }
+        | FlowError::NoGolden(_)
+        | FlowError::NoResults(_)
+        | FlowError::NoPictures { .. } => 2,
         FlowError::Differs { .. } => 5,
         FlowError::Scene(_)
         | FlowError::Input { .. }

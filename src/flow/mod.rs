@@ -17,6 +17,8 @@ mod slices;
 mod stage;
 mod stamp;
 mod surface;
+mod tint;
+mod turntable;
 mod voxelise;
 
 pub use doubts::doubts;
@@ -24,6 +26,7 @@ pub use error::FlowError;
 pub use folder::Folder;
 pub use frames::FrameRange;
 pub use golden::Golden;
+pub use overview::sheet;
 pub use stage::Stage;
 
 use crate::cache::{self, Frame};

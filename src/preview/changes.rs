@@ -10,7 +10,7 @@ pub(super) struct Changes {
 impl Changes {
     /// Of a picture `width` wide, pixel by pixel.
     pub fn new(width: usize, changed: &[bool]) -> Self {
-        let height = if width == 0 { 0 } else { changed.len() / width };
+        let height = changed.len().checked_div(width).unwrap_or(0);
         let mut counts = vec![0; (width + 1) * (height + 1)];
         for row in 0..height {
             let mut along = 0;

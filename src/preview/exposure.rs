@@ -105,8 +105,8 @@ impl Exposures {
     ) -> Self {
         let (view, count) = (&geometry.view, samples.count());
         let depth: Vec<f32> = visible.iter().step_by(count).map(|s| s.depth).collect();
-        let around = Neighbourhood::new(view, samples.offset[0], &depth);
         let spirals = spirals();
+        let around = Neighbourhood::new(view, samples.offset[0], &depth, &spirals);
         let raw: Vec<[f32; 2]> = (0..touched.len())
             .into_par_iter()
             .map(|pixel| {
@@ -116,9 +116,10 @@ impl Exposures {
                 let surface = first_surface(geometry, samples, visible, pixel);
                 surface.map_or([1.0; 2], |surface| {
                     let (column, row) = (pixel % view.width, pixel / view.width);
-                    let taps = &spirals[column % TILE + TILE * (row % TILE)];
-                    let sky = around.open(pixel, &surface.normal, taps);
-                    let key = shadow.map_or(1.0, |shadow| shadow.lit(&surface, taps));
+                    let pattern = column % TILE + TILE * (row % TILE);
+                    let sky = around.open(pixel, &surface.normal, pattern);
+                    let lit = |shadow: &Shadow| shadow.lit(&surface, &spirals[pattern]);
+                    let key = shadow.map_or(1.0, lit);
                     [sky as f32, key as f32]
                 })
             })

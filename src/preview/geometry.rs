@@ -80,12 +80,7 @@ impl<'a> Geometry<'a> {
         'a: 'b,
     {
         let view = self.view.clone();
-        let mut meshes: Vec<Arc<PlacedMesh<'b>>> = Vec::new();
-        meshes.extend(
-            self.meshes
-                .iter()
-                .map(|mesh| -> Arc<PlacedMesh<'b>> { mesh.clone() }),
-        );
+        let mut meshes: Vec<Arc<PlacedMesh<'b>>> = self.meshes.clone();
         let mut first = self.first_sphere;
         for layer in further {
             meshes.push(Arc::new(PlacedMesh {

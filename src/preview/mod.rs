@@ -28,7 +28,7 @@ pub use colour::Colour;
 pub use compare::{Comparison, compare, side_by_side};
 pub use overlay::{Legend, Lettering};
 pub use settings::{Background, PictureSettings};
-pub use sheet::{FELL_OVER, Row, WELL, animation, contact_sheet, shrunk};
+pub use sheet::{FELL_OVER, LEAKED, Row, WELL, animation, contact_sheet, shrunk};
 
 use crate::math::{Real, Vec3};
 use image::RgbImage;

@@ -108,10 +108,12 @@ impl Shadow {
         let bias = BIAS * point.z / lamp.focal;
         let mut shaded = 0.0;
         for tap in taps {
-            let (c, r) = ((x + disc * tap[0]).floor(), (y + disc * tap[1]).floor());
+            let (c, r) = (x + disc * tap[0], y + disc * tap[1]);
             if c >= 0.0 && r >= 0.0 && c < lamp.width as Real && r < lamp.height as Real {
+                let (c, r) = (c as u32, r as u32);
                 let there = self.seen[r as usize * lamp.width + c as usize].depth;
-                let plane = normal.dot(&point) / normal.dot(&lamp.ray(c + 0.5, r + 0.5));
+                let ray = lamp.ray(Real::from(c) + 0.5, Real::from(r) + 0.5);
+                let plane = normal.dot(&point) / normal.dot(&ray);
                 shaded += Real::from(u8::from(Real::from(there) < plane - bias));
             }
         }

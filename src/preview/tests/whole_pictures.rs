@@ -37,7 +37,7 @@ fn crowded<'a>(
                 title: "polymer fraction".into(),
                 low: 0.0,
                 high: 1.0,
-                map: colour::polymer,
+                map: colour::scale,
             }),
             scale_bar: true,
         },
@@ -50,14 +50,14 @@ fn a_picture_has_the_same_bits_on_any_number_of_threads() {
     let colours: Vec<Colour> = mesh
         .2
         .iter()
-        .map(|n| colour::polymer(0.5 + 0.5 * n.z))
+        .map(|n| colour::scale(0.5 + 0.5 * n.z))
         .collect();
     let mut random = Stream::new(5, "spheres");
     let spheres: Vec<Sphere> = (0..300)
         .map(|_| Sphere {
             centre: random.cube() * 0.03,
             radius: random.between(0.001, 0.003),
-            colour: colour::polymer(random.unit()),
+            colour: colour::scale(random.unit()),
         })
         .collect();
     let scene = crowded(&mesh, &colours, &spheres);
