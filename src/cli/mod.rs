@@ -157,6 +157,7 @@ fn run_stages(
     )?;
     job.frames = work.frames;
     job.resume = work.resume;
+    job.early_picture = stages.contains(&Stage::Preview);
     heed_signals(&job);
     for &stage in stages {
         job.run(stage, show)?;

@@ -43,6 +43,7 @@ impl Progress {
             Event::Finished { stage, seconds } => {
                 self.line(&format!("{stage} took {seconds:.1} s"));
             }
+            Event::Picture(path) => self.line(&format!("the start is drawn: {}", path.display())),
             Event::Note(path, note) => self.line(&format!("note: {}: {note}", path.display())),
             Event::Step(report) | Event::Frame(report) if self.rewrite => {
                 if self.shown.is_none_or(|shown| shown.elapsed() > PAUSE) {

@@ -54,6 +54,8 @@ pub struct Job {
     pub resume: bool,
     /// Set from outside: stop as soon as what is done can be kept.
     pub stop: Arc<AtomicBool>,
+    /// Draw the start in the first view as soon as it is there, while the simulation goes on.
+    pub early_picture: bool,
     /// Run even what is fresh; chosen frames, even if the simulation did not reach its end.
     pub force: bool,
 }
@@ -80,6 +82,8 @@ pub enum Event<'a> {
     Step(FrameReport),
     /// A frame is on disk.
     Frame(FrameReport),
+    /// The start has been drawn, before the simulation has ended.
+    Picture(&'a Path),
 }
 
 /// How a simulation stands.
@@ -132,6 +136,7 @@ impl Job {
             frames: None,
             resume: false,
             stop: Arc::default(),
+            early_picture: false,
             force,
         })
     }

@@ -13,7 +13,7 @@ use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
 use image::codecs::png::PngEncoder;
 use image::{ImageEncoder, RgbImage};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Angle across the shorter side of a picture [rad].
 const FIELD_OF_VIEW: Real = 0.5;
@@ -24,11 +24,7 @@ const STEEL: [u8; 3] = [158, 165, 174];
 
 pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let props = Props::read(job)?;
-    let stand = Stand {
-        job,
-        props: &props,
-        tints: Tint::of_views(job)?,
-    };
+    let stand = Stand::new(job, &props)?;
     let views = &job.scene.preview.views;
     let picture = &job.scene.preview.picture;
     let backdrops: Vec<Backdrop> = (views.iter())
@@ -46,6 +42,21 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     drop(backdrops);
     turntable::write(job, &stand)?;
     overview::write(job)
+}
+
+/// The first view of the start; where it lies. `work` draws it again, with colours scaled to all frames.
+pub(super) fn draw_start(job: &Job) -> Result<Option<PathBuf>, FlowError> {
+    let Some(view) = job.scene.preview.views.first() else {
+        return Ok(None);
+    };
+    let props = Props::read(job)?;
+    let stand = Stand::new(job, &props)?;
+    let camera = stand.camera(view);
+    let backdrop = stand.backdrop(view, &camera, &job.scene.preview.picture);
+    let cement = stand.cement(&cache::read_frame(&job.folder.frame(0))?);
+    let path = job.folder.picture(&view.name, 0);
+    cache::write(&path, &png(&path, &stand.draw(&cement, 0, &backdrop))?)?;
+    Ok(Some(path))
 }
 
 /// All that pictures of a job have in common.
@@ -157,6 +168,11 @@ pub(super) struct Cement {
 }
 
 impl<'a> Stand<'a> {
+    fn new(job: &'a Job, props: &'a Props) -> Result<Self, FlowError> {
+        let tints = Tint::of_views(job)?;
+        Ok(Self { job, props, tints })
+    }
+
     /// The cement of a frame.
     pub fn cement(&self, frame: &Frame) -> Cement {
         let surface = reconstruct(frame, Some(&self.props.solid), &self.job.scene.surface);

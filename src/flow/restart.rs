@@ -148,11 +148,7 @@ impl<'a> Saver<'a> {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(FlowError::io(path)(e)),
             _ => {}
         }
-        let restart = Restart {
-            state: run.state(),
-            record: record.clone(),
-        };
-        cache::write_restart(&path, &restart)?;
+        cache::write_restart(&path, &run.fluid, &run.progress(), record)?;
         self.last = Instant::now();
         self.pause = started.elapsed() * SHARE;
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::restart::{self, Record, Saver};
 use super::stamp::Inputs;
-use super::{Event, FlowError, FrameReport, Job, Observer, Stage, movers};
+use super::{Event, FlowError, FrameReport, Job, Observer, Stage, movers, preview};
 use crate::cache::{self, Frame, Table};
 use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Probe, Simulation, StepReport};
@@ -135,6 +135,9 @@ impl Course<'_> {
             self.enter(index, &ledger)?;
             self.read_probes(index, run)?;
             cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
+            if index == 0 && job.early_picture {
+                draw_start(job, observer);
+            }
             observer(Event::Frame(report));
             self.record.next = index + 1;
         }
@@ -163,6 +166,15 @@ impl Course<'_> {
         let mut row = vec![frame.to_string()];
         row.extend(ledger.row());
         Ok(self.stats.row(&row)?)
+    }
+}
+
+/// A picture to look at while the simulation runs. It is drawn again with the others: that it fails stops nothing.
+fn draw_start(job: &Job, observer: &mut Observer<'_>) {
+    match preview::draw_start(job) {
+        Ok(Some(path)) => observer(Event::Picture(&path)),
+        Ok(None) => {}
+        Err(error) => observer(Event::Note(&job.folder.frame(0), &error.to_string())),
     }
 }
 

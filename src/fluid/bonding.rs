@@ -24,7 +24,7 @@ pub fn drag(
         .with_min_len(256)
         .map(|i| {
             let (mut bonded, mut all) = (0.0, 0.0);
-            for pair in near.fluid.row(i) {
+            for pair in near.pairs(i) {
                 bonded += Real::from(pair.weight) * fluid.polymer_fraction[pair.j as usize];
                 all += Real::from(pair.weight);
             }

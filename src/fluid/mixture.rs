@@ -13,6 +13,10 @@
 
 use super::{Cement, FluidParticles, PerPhase};
 use crate::math::{Real, Vec3};
+use rayon::prelude::*;
+
+/// Particles that one task works on at least.
+const GRAIN: usize = 4096;
 
 /// Below this fraction a phase has no velocity of its own.
 pub const ALPHA_EPSILON: Real = 1e-6;
@@ -80,12 +84,13 @@ impl MixtureFields {
 
     /// v_mix from the phase velocities (Eq. 4).
     pub fn refresh_velocity(&mut self, fluid: &FluidParticles) {
-        self.velocity = fluid
+        fluid
             .phase_velocity
-            .iter()
+            .par_iter()
             .zip(&fluid.polymer_fraction)
+            .with_min_len(GRAIN)
             .map(|(v, &alpha)| mixture_velocity(v, alpha))
-            .collect();
+            .collect_into_vec(&mut self.velocity);
     }
 
     /// Hands a change of the mixture's velocity, caused by a force, to the phases (Eqs 6, 7, 16).
@@ -96,15 +101,15 @@ impl MixtureFields {
         new_velocity: &[Vec3],
         rest_volume: Real,
     ) {
-        for i in 0..fluid.len() {
+        let phases = fluid.phase_velocity.par_iter_mut().enumerate();
+        phases.with_min_len(GRAIN).for_each(|(i, v)| {
             let rho = self.density[i];
             // Change of v_mix → impulse per volume → change of each phase.
             let change =
                 (new_velocity[i] - self.velocity[i]) * (self.mass[i] / (rest_volume * rho));
-            let v = &mut fluid.phase_velocity[i];
             v.liquid += change * share(self.drag[i], rho, cement.liquid.density);
             v.polymer += change * share(self.drag[i], rho, cement.polymer.density);
-        }
+        });
         self.refresh_velocity(fluid);
     }
 }

@@ -54,6 +54,17 @@ impl FluidParticles {
         self.origin.push(origin);
     }
 
+    /// Becomes a copy of `other` in its own memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.position.clone_from(&other.position);
+        self.phase_velocity.clone_from(&other.phase_velocity);
+        self.polymer_fraction.clone_from(&other.polymer_fraction);
+        self.conformation.clone_from(&other.conformation);
+        self.pressure.clone_from(&other.pressure);
+        self.id.clone_from(&other.id);
+        self.origin.clone_from(&other.origin);
+    }
+
     /// Keeps the particles for which `keep` holds, in order.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         fn only<T: Copy>(values: &mut Vec<T>, keep: &impl Fn(usize) -> bool) {

@@ -46,8 +46,8 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
         .with_min_len(GRAIN)
         .map(|i| {
             let (mut polymer_out, mut liquid_out) = (0.0, 0.0);
-            for pair in near.fluid.row(i) {
-                let g = gain(i, pair);
+            for pair in near.pairs(i) {
+                let g = gain(i, &pair);
                 polymer_out += (-g).max(0.0);
                 liquid_out += g.max(0.0);
             }
@@ -67,10 +67,10 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
             // α_k v_k of each phase, exchanged with the velocity of the giver.
             let mut polymer = own.polymer * alpha[i];
             let mut liquid = own.liquid * (1.0 - alpha[i]);
-            for pair in near.fluid.row(i) {
+            for pair in near.pairs(i) {
                 let j = pair.j as usize;
                 let other = fluid.phase_velocity[j];
-                let g = gain(i, pair);
+                let g = gain(i, &pair);
                 let (g, polymer_from, liquid_from) = if g > 0.0 {
                     (
                         g * rations[j].polymer.min(rations[i].liquid),

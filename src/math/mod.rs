@@ -8,7 +8,7 @@ mod wide;
 
 pub use bounds::Aabb;
 pub use noise::{Stream, hash_unit};
-pub use ordered::{BLOCK, ordered_dot, ordered_max, ordered_sum};
+pub use ordered::{BLOCK, ordered_dot, ordered_max, ordered_sum, ordered_sums};
 pub use sym3::Sym3;
 pub use wide::{Wide, widest};
 

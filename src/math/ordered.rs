@@ -16,6 +16,20 @@ pub fn ordered_sum(count: usize, term: impl Fn(usize) -> Real + Sync) -> Real {
     reduce(count, 0.0, |sum, i| sum + term(i), |a, b| a + b)
 }
 
+/// The sums of several terms in one go.
+pub fn ordered_sums<const N: usize>(
+    count: usize,
+    term: impl Fn(usize) -> [Real; N] + Sync,
+) -> [Real; N] {
+    let add = |mut a: [Real; N], b: [Real; N]| {
+        for (a, b) in a.iter_mut().zip(b) {
+            *a += b;
+        }
+        a
+    };
+    reduce(count, [0.0; N], |sum, i| add(sum, term(i)), add)
+}
+
 /// max `term(i)`, −∞ if there is none; NaN if any term is NaN, so that it cannot pass unseen.
 pub fn ordered_max(count: usize, term: impl Fn(usize) -> Real + Sync) -> Real {
     let larger = |a: Real, b: Real| if a.is_nan() || a > b { a } else { b };
@@ -33,18 +47,18 @@ pub fn ordered_dot(a: &[Real], b: &[Real]) -> Real {
     ordered_sum(a.len(), |i| a[i] * b[i])
 }
 
-fn reduce(
+fn reduce<T: Copy + Send + Sync>(
     count: usize,
-    start: Real,
-    fold: impl Fn(Real, usize) -> Real + Sync,
-    join: impl Fn(Real, Real) -> Real,
-) -> Real {
+    start: T,
+    fold: impl Fn(T, usize) -> T + Sync,
+    join: impl Fn(T, T) -> T,
+) -> T {
     let block = |b: usize| (b * BLOCK..count.min((b + 1) * BLOCK)).fold(start, &fold);
     let blocks = count.div_ceil(BLOCK);
     if blocks <= FEW {
         return (0..blocks).map(block).fold(start, join);
     }
-    let partial: Vec<Real> = (0..blocks).into_par_iter().map(block).collect();
+    let partial: Vec<T> = (0..blocks).into_par_iter().map(block).collect();
     partial.into_iter().fold(start, join)
 }
 

@@ -36,7 +36,7 @@ impl Stepper<'_> {
     pub fn apply_viscosity(&mut self) {
         let viscosity = self.mixture_viscosity();
         let force = viscous_force(
-            &self.near,
+            self.near,
             &viscosity,
             Mean::Harmonic,
             &self.mix.velocity,
@@ -52,7 +52,7 @@ impl Stepper<'_> {
             .into_par_iter()
             .with_min_len(128)
             .map(|i| {
-                let (friction, carried) = wall_friction(&self.near, i);
+                let (friction, carried) = wall_friction(self.near, i);
                 let inverse_mass = dt / self.mix.mass[i];
                 let scale = inverse_mass * volume * viscosity[i];
                 (self.mix.velocity[i] + force[i] * inverse_mass + carried * scale)
@@ -83,13 +83,13 @@ impl Stepper<'_> {
                     - self.gradient[i] * stabiliser[i]
             })
             .collect();
-        let elastic = stress_force(&self.near, &tau);
+        let elastic = stress_force(self.near, &tau);
         let viscosity: Vec<Real> = stabiliser
             .iter()
             .map(|s| s + cement.liquid.viscosity)
             .collect();
         let viscous = viscous_force(
-            &self.near,
+            self.near,
             &viscosity,
             Mean::Arithmetic,
             &self.mix.velocity,
@@ -158,9 +158,9 @@ impl Stepper<'_> {
             .collect();
         let tau: Vec<Mat3> = terms.iter().map(|t| t.0).collect();
         let increment: Vec<Real> = terms.iter().map(|t| t.2).collect();
-        let elastic = stress_force(&self.near, &tau);
+        let elastic = stress_force(self.near, &tau);
         let lagged = viscous_force(
-            &self.near,
+            self.near,
             &increment,
             Mean::Arithmetic,
             &self.mix.velocity,

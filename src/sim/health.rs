@@ -2,6 +2,7 @@
 
 use crate::fluid::FluidParticles;
 use crate::math::{Real, Vec3};
+use rayon::prelude::*;
 
 /// Falling over is an answer, not a crash.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -77,7 +78,8 @@ impl std::fmt::Display for Symptom {
 /// The first ill particle, if any: its index and what is wrong.
 pub fn first_symptom(fluid: &FluidParticles, reach: Real, dt: Real) -> Option<(usize, Symptom)> {
     let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
-    (0..fluid.len()).find_map(|i| {
+    let particles = (0..fluid.len()).into_par_iter().with_min_len(2048);
+    particles.find_map_first(|i| {
         let v = &fluid.phase_velocity[i];
         let alpha = fluid.polymer_fraction[i];
         let symptom = if !finite(&fluid.position[i])

@@ -13,7 +13,7 @@ impl Stepper<'_> {
     /// Eqs 8, 9: volume and momentum move between the phases of neighbours.
     pub fn transfer_phases(&mut self) {
         if self.mixes() {
-            transfer::advance(&self.settings.cement, self.fluid, &self.near, self.dt);
+            transfer::advance(&self.settings.cement, self.fluid, self.near, self.dt);
         } else {
             transfer::unite_vanished_phases(&self.settings.cement, self.fluid);
         }
@@ -67,7 +67,7 @@ impl Stepper<'_> {
 
     /// What the fluid presses against each piston with.
     fn measure_inlet_pressure(&mut self) {
-        let operator = PressureOperator { near: &self.near };
+        let operator = PressureOperator { near: self.near };
         let pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
         for (number, inlet) in self.inlets.iter_mut().enumerate() {
             inlet.pressure = operator.piston_pressure(number as u16, &pressure);

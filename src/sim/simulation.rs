@@ -47,6 +47,10 @@ pub struct Simulation {
     walls: Walls,
     movers: Vec<Mover>,
     pub(super) tally: Tally,
+    /// Scratch: the pairs of the last step, whose memory the next one uses.
+    near: Neighbourhood,
+    /// Scratch: the cement before the step.
+    before: FluidParticles,
 }
 
 impl Simulation {
@@ -105,6 +109,8 @@ impl Simulation {
             walls,
             movers,
             tally: Tally::default(),
+            near: Neighbourhood::default(),
+            before: FluidParticles::default(),
         };
         run.start_inlets();
         Ok(run)
@@ -171,28 +177,23 @@ impl Simulation {
     /// again smaller, unless the step is fixed; what fails in the end leaves the state before it.
     fn step(&mut self, left: Real) -> Result<StepReport, SimError> {
         self.steps += 1;
-        let TimeStep::Adaptive { min, .. } = self.settings.time_step else {
-            let before = (self.fluid.clone(), self.inlets.clone());
-            let (report, compression, ended) = self.attempt(left);
-            if let Err(error) = ended {
-                (self.fluid, self.inlets) = before;
-                self.steps -= 1;
-                return Err(error);
-            }
-            return Ok(self.accept(report, &compression));
+        // A fixed step has no smaller one to fall back on, and goes on unconverged.
+        let least = match self.settings.time_step {
+            TimeStep::Adaptive { min, .. } => Some(min),
+            TimeStep::Fixed(_) => None,
         };
+        self.before.copy_from(&self.fluid);
+        let inlets = self.inlets.clone();
         let mut retries = 0;
         loop {
-            let before = (self.fluid.clone(), self.inlets.clone());
-            let (mut report, compression, ended) = self.attempt(left);
+            let (mut report, ended) = self.attempt(left);
             report.retries = retries;
             let error = match ended {
-                Ok(()) if report.converged => {
+                Ok(()) if report.converged || least.is_none() => {
                     // After a failure the step grows back slowly.
-                    let natural = report.limit != Some(Limit::Retry);
-                    let grown = report.dt * CAUTIOUS_GROWTH;
-                    self.caution = (!natural).then_some(grown);
-                    return Ok(self.accept(report, &compression));
+                    self.caution =
+                        (report.limit == Some(Limit::Retry)).then_some(report.dt * CAUTIOUS_GROWTH);
+                    return Ok(self.accept(report));
                 }
                 Ok(()) => SimError::Unconverged {
                     step: self.steps,
@@ -203,25 +204,26 @@ impl Simulation {
                 },
                 Err(error) => error,
             };
-            (self.fluid, self.inlets) = before;
-            if retries == MOST_RETRIES || report.dt <= min {
+            self.fluid.copy_from(&self.before);
+            self.inlets.clone_from(&inlets);
+            let Some(min) = least.filter(|&min| retries < MOST_RETRIES && report.dt > min) else {
                 self.steps -= 1;
                 return Err(error);
-            }
+            };
             retries += 1;
             self.caution = Some((report.dt * RETRY).max(min));
         }
     }
 
-    fn accept(&mut self, report: StepReport, compression: &[Real]) -> StepReport {
-        self.tally.add(&report, compression);
+    fn accept(&mut self, report: StepReport) -> StepReport {
+        self.tally.add(&report, &self.near.compression);
         self.count_injected();
         self.remove_escaped();
         report
     }
 
-    /// The step itself: what it did, ψ of every particle, and whether it went well.
-    fn attempt(&mut self, left: Real) -> (StepReport, Vec<Real>, Result<(), SimError>) {
+    /// The step itself: what it did, and whether it went well.
+    fn attempt(&mut self, left: Real) -> (StepReport, Result<(), SimError>) {
         let mut stepper = Stepper {
             settings: &self.settings,
             kernel: &self.kernel,
@@ -233,7 +235,7 @@ impl Simulation {
             walls: &self.walls,
             fluid: &mut self.fluid,
             inlets: &mut self.inlets,
-            near: Neighbourhood::default(),
+            near: &mut self.near,
             moving: MovingWalls::default(),
             mix: MixtureFields::default(),
             gradient: Vec::new(),
@@ -244,8 +246,7 @@ impl Simulation {
             report: StepReport::default(),
         };
         let ended = schemes::step(&mut stepper, left);
-        let compression = std::mem::take(&mut stepper.near.compression);
-        (stepper.report, compression, ended)
+        (stepper.report, ended)
     }
 
     /// Particles that leave the domain are gone, and counted.

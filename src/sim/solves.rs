@@ -5,9 +5,9 @@ use crate::fluid::mixture;
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
 use crate::sph::operators::Mean;
 use crate::sph::{
-    ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, Source, solve_pressure,
+    ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
+    Source, solve_pressure,
 };
-use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;
@@ -119,8 +119,11 @@ impl Stepper<'_> {
     pub fn project(&mut self, source: Source) {
         let n = self.fluid.len();
         let dt = self.dt;
-        let operator = PressureOperator { near: &self.near };
-        let rate = operator.volume_rate_with_walls(&self.mix.velocity);
+        let mass = &self.mix.mass;
+        let mobility: Vec<Real> = mass.iter().map(|m| dt / m).collect();
+        let operator = PressureOperator { near: self.near };
+        let mut repeated = RepeatedPressure::new(self.near, &mobility);
+        let rate = repeated.volume_rate(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
                 let excess = self.excess_volume(&operator);
@@ -140,15 +143,6 @@ impl Stepper<'_> {
                     .collect(),
             ),
         };
-        let mass = &self.mix.mass;
-        let mobility = |force: &[Vec3]| -> Vec<Vec3> {
-            force
-                .par_iter()
-                .zip(mass)
-                .with_min_len(256)
-                .map(|(f, m)| f * (dt / m))
-                .collect()
-        };
         let diagonal: Vec<Real> = operator.diagonal(mass).iter().map(|d| d * dt).collect();
         let loose = if source == Source::Divergence {
             10.0
@@ -163,18 +157,9 @@ impl Stepper<'_> {
         };
         let mut k: Vec<Real> = self.fluid.pressure.iter().map(|p| p[slot]).collect();
         self.lower(&mut k);
-        let outcome = solve_pressure(
-            &operator,
-            mobility,
-            &diagonal,
-            &source_rate,
-            &free,
-            &goal,
-            &mut k,
-        );
-        let push = operator.force(&k);
+        let outcome = solve_pressure(&mut repeated, &diagonal, &source_rate, &free, &goal, &mut k);
         let velocity: Vec<Vec3> = (0..n)
-            .map(|i| self.mix.velocity[i] - push[i] * (dt / mass[i]))
+            .map(|i| self.mix.velocity[i] - repeated.velocity(i))
             .collect();
         self.accept(slot, &k, &velocity);
         self.note(
@@ -188,7 +173,7 @@ impl Stepper<'_> {
     pub(super) fn solve_coupled(&mut self, viscosity: &[Real], mean: Mean, mut force: Vec<Vec3>) {
         let n = self.fluid.len();
         let dt = self.dt;
-        let operator = PressureOperator { near: &self.near };
+        let operator = PressureOperator { near: self.near };
         let correction = dt.max(self.correction_time());
         let excess: Vec<Real> = self
             .excess_volume(&operator)
@@ -215,7 +200,7 @@ impl Stepper<'_> {
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
         self.lower(&mut pressure);
         let mut solver = CoupledSolver::new(CoupledProblem {
-            near: &self.near,
+            near: self.near,
             position: &self.fluid.position,
             mass: &self.mix.mass,
             viscosity,

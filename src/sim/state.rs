@@ -52,22 +52,27 @@ pub struct InletProgress {
 impl Simulation {
     /// The state as it is now.
     pub fn state(&self) -> State {
+        State {
+            fluid: self.fluid.clone(),
+            progress: self.progress(),
+        }
+    }
+
+    /// The state apart from the particles.
+    pub fn progress(&self) -> Progress {
         let inlet = |inlet: &InletState| InletProgress {
             travelled: inlet.travelled,
             pushed: inlet.pushed,
             emitted: inlet.emitted,
             pressure: inlet.pressure,
         };
-        State {
-            fluid: self.fluid.clone(),
-            progress: Progress {
-                time: self.time,
-                steps: self.steps,
-                carved: self.carved,
-                caution: self.caution,
-                inlets: self.inlets.iter().map(inlet).collect(),
-                tally: self.tally.clone(),
-            },
+        Progress {
+            time: self.time,
+            steps: self.steps,
+            carved: self.carved,
+            caution: self.caution,
+            inlets: self.inlets.iter().map(inlet).collect(),
+            tally: self.tally.clone(),
         }
     }
 

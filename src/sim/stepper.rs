@@ -43,7 +43,7 @@ pub struct Stepper<'a> {
     pub walls: &'a Walls,
     pub fluid: &'a mut FluidParticles,
     pub inlets: &'a mut [InletState],
-    pub near: Neighbourhood,
+    pub near: &'a mut Neighbourhood,
     pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
@@ -72,7 +72,7 @@ impl Stepper<'_> {
             mover.stand(self.time, self.domain, &mut moving);
         }
         let scenery = self.around.at(self.time);
-        self.near = Neighbourhood::new(
+        self.near.rebuild(
             &self.fluid.position,
             self.settings.spacing,
             self.kernel,
@@ -100,7 +100,7 @@ impl Stepper<'_> {
         let cement = &self.settings.cement;
         let drag = if bonds && self.mixes() {
             let own = self.near.rest_volume * self.kernel.w(0.0);
-            bonding::drag(cement, self.fluid, &self.near, own)
+            bonding::drag(cement, self.fluid, self.near, own)
         } else if self.settings.scheme == Scheme::Dfsph {
             vec![1.0; self.fluid.len()]
         } else {
@@ -112,7 +112,8 @@ impl Stepper<'_> {
 
     /// L from v_mix (Eq. 2).
     pub fn refresh_gradient(&mut self) {
-        self.gradient = velocity_gradient(&self.near, &self.mix.velocity);
+        self.near.correct();
+        self.gradient = velocity_gradient(self.near, &self.mix.velocity);
     }
 
     /// Chooses dt; `left` [s] remain to the end of the frame.

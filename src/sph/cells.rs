@@ -1,6 +1,6 @@
 //! A uniform grid of cells, for finding what lies within a radius.
 
-use crate::math::{Aabb, Real, Vec3};
+use crate::math::{Aabb, Real, Vec3, Wide, widest};
 
 /// Which axes wrap around, and at what.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,10 +47,18 @@ pub struct Cells {
     origin: Vec3,
     width: Vec3,
     count: [i64; 3],
-    periodic: [bool; 3],
+    domain: Domain,
+    square: Real,
     start: Vec<u32>,
     order: Vec<u32>,
+    /// Coordinates in the order of the cells, and some more so that lanes may read beyond the end.
+    sorted: [Vec<Real>; 3],
 }
+
+/// Candidates looked at side by side.
+const LANES: usize = 8;
+/// Candidates of which one call finds those that are near.
+const CANDIDATES: usize = 64;
 
 /// Above this many cells per axis product the cells are made wider: memory stays bounded.
 const MOST_CELLS: Real = 2e7;
@@ -96,9 +104,11 @@ impl Cells {
             origin: bounds.min,
             width,
             count,
-            periodic: domain.periodic,
+            domain: *domain,
+            square: radius * radius,
             start: Vec::new(),
             order: vec![0; points.len()],
+            sorted: Default::default(),
         };
         let total = (count[0] * count[1] * count[2]) as usize;
         let mut start = vec![0_u32; total + 1];
@@ -115,6 +125,10 @@ impl Cells {
             next[key as usize] += 1;
         }
         cells.start = start;
+        cells.sorted = std::array::from_fn(|axis| {
+            let inside = cells.order.iter().map(|&i| points[i as usize][axis]);
+            inside.chain([Real::INFINITY; LANES]).collect()
+        });
         cells
     }
 
@@ -134,7 +148,7 @@ impl Cells {
         let mut found = ([0; 3], 0);
         for offset in -1..=1 {
             let mut c = centre + offset;
-            if self.periodic[axis] {
+            if self.domain.periodic[axis] {
                 c = c.rem_euclid(n);
             } else if c < 0 || c >= n {
                 continue;
@@ -147,20 +161,91 @@ impl Cells {
         found
     }
 
-    /// Calls `visit` with every point that may lie within the radius of `x`, always in the same order.
+    /// Calls `visit(j, x − x_j, |x − x_j|²)` for every point within the radius of `x`, always in the same order.
     #[inline]
-    pub fn near(&self, x: &Vec3, mut visit: impl FnMut(usize)) {
+    pub fn near(&self, x: &Vec3, mut visit: impl FnMut(usize, Vec3, Real)) {
         let reach: [_; 3] = std::array::from_fn(|axis| self.reach(x, axis));
-        for &cx in &reach[0].0[..reach[0].1] {
-            for &cy in &reach[1].0[..reach[1].1] {
-                for &cz in &reach[2].0[..reach[2].1] {
-                    let key = ((cx * self.count[1] + cy) * self.count[2] + cz) as usize;
-                    for &j in &self.order[self.start[key] as usize..self.start[key + 1] as usize] {
-                        visit(j as usize);
+        let cells = |axis: usize| &reach[axis].0[..reach[axis].1];
+        for &cx in cells(0) {
+            for &cy in cells(1) {
+                let row = (cx * self.count[1] + cy) * self.count[2];
+                if self.domain.periodic.contains(&true) {
+                    for &cz in cells(2) {
+                        let key = (row + cz) as usize;
+                        for place in self.start[key] as usize..self.start[key + 1] as usize {
+                            let x_ij = self.domain.shortest(x - self.point(place));
+                            let squared = x_ij.norm_squared();
+                            if squared < self.square {
+                                visit(self.order[place] as usize, x_ij, squared);
+                            }
+                        }
+                    }
+                } else if let (Some(first), Some(last)) = (cells(2).first(), cells(2).last()) {
+                    // Cells that follow each other along z are one run of points.
+                    let mut from = self.start[(row + first) as usize] as usize;
+                    let end = self.start[(row + last) as usize + 1] as usize;
+                    while from < end {
+                        let to = end.min(from + CANDIDATES);
+                        let mut found = [0; CANDIDATES];
+                        let count = widest(Sieve {
+                            cells: self,
+                            x,
+                            from,
+                            to,
+                            found: &mut found,
+                        });
+                        for &place in &found[..count] {
+                            let place = place as usize;
+                            let x_ij = x - self.point(place);
+                            visit(self.order[place] as usize, x_ij, x_ij.norm_squared());
+                        }
+                        from = to;
                     }
                 }
             }
         }
+    }
+
+    #[inline]
+    fn point(&self, place: usize) -> Vec3 {
+        let [x, y, z] = &self.sorted;
+        Vec3::new(x[place], y[place], z[place])
+    }
+}
+
+/// Finds which of a run of candidates are near.
+struct Sieve<'a> {
+    cells: &'a Cells,
+    x: &'a Vec3,
+    from: usize,
+    to: usize,
+    found: &'a mut [u32; CANDIDATES],
+}
+
+impl Wide for Sieve<'_> {
+    /// How many it found.
+    type Out = usize;
+
+    #[inline(always)]
+    fn run(self) -> usize {
+        let mut count = 0;
+        let mut at = self.from;
+        while at < self.to {
+            let mut squared = [0.0; LANES];
+            for axis in 0..3 {
+                let those = &self.cells.sorted[axis][at..at + LANES];
+                for lane in 0..LANES {
+                    let apart = self.x[axis] - those[lane];
+                    squared[lane] += apart * apart;
+                }
+            }
+            for lane in 0..LANES.min(self.to - at) {
+                self.found[count] = (at + lane) as u32;
+                count += usize::from(squared[lane] < self.cells.square);
+            }
+            at += LANES;
+        }
+        count
     }
 }
 
@@ -188,10 +273,10 @@ mod tests {
             let cells = Cells::new(&points, radius, &domain);
             for x in &points {
                 let mut found = Vec::new();
-                cells.near(x, |j| {
-                    if domain.shortest(x - points[j]).norm() < radius {
-                        found.push(j);
-                    }
+                cells.near(x, |j, x_ij, squared| {
+                    assert_eq!(x_ij, domain.shortest(x - points[j]));
+                    assert_eq!(squared, x_ij.norm_squared());
+                    found.push(j);
                 });
                 found.sort_unstable();
                 let near = |j: &usize| domain.shortest(x - points[*j]).norm() < radius;

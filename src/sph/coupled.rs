@@ -116,14 +116,14 @@ impl<'a> CoupledSolver<'a> {
         let n = near.len();
         let volume = near.rest_volume;
         let pairs = Rows::build(n, |i, row| {
-            for pair in near.fluid.row(i) {
+            for pair in near.pairs(i) {
                 let eta = problem
                     .mean
                     .of(problem.viscosity[i], problem.viscosity[pair.j as usize]);
                 row.push(SaddlePair {
                     j: pair.j,
                     gradient: pair.gradient,
-                    drag: (volume * eta * laplacian_weight(near, i, pair)) as f32,
+                    drag: (volume * eta * laplacian_weight(near, i, &pair)) as f32,
                     weight: pair.weight,
                     smooth: 0.0,
                 });

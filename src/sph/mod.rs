@@ -10,6 +10,7 @@ mod neighbourhood;
 pub mod operators;
 mod preconditioner;
 mod pressure;
+mod repeated;
 mod rows;
 mod walls;
 
@@ -17,7 +18,8 @@ pub use apgd::{ApgdGoal, PressureOutcome, solve_pressure};
 pub use cells::{Cells, Domain};
 pub use coupled::{CoupledGoal, CoupledOutcome, CoupledProblem, CoupledSolver};
 pub use kernel::Kernel;
-pub use neighbourhood::{FluidOfWall, Neighbourhood, Pair, Standing, WallPair, vector};
+pub use neighbourhood::{FluidOfWall, Link, Neighbourhood, Pair, Standing, WallPair, vector};
 pub use pressure::{PressureOperator, Source};
+pub use repeated::RepeatedPressure;
 pub use rows::Rows;
 pub use walls::{MovingWalls, WallParticles, Walls};

@@ -7,6 +7,23 @@ use super::{Cells, Domain, Kernel, MovingWalls, Rows, Walls};
 use crate::math::{Mat3, Real, Vec3};
 use rayon::prelude::*;
 
+/// What most operators need of two fluid particles i, j: one load of four lanes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub struct Link {
+    /// V_j ∇_i W_ij [1/m].
+    pub gradient: [f32; 3],
+    /// The neighbour.
+    pub j: u32,
+}
+
+/// What some operators need besides.
+#[derive(Clone, Copy, Debug)]
+struct Bell {
+    steepness: f32,
+    weight: f32,
+}
+
 /// Two fluid particles i, j.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
@@ -61,7 +78,8 @@ pub struct Neighbourhood {
     /// V₀ [m³].
     pub rest_volume: Real,
     /// Fluid neighbours of each fluid particle, itself left out.
-    pub fluid: Rows<Pair>,
+    pub fluid: Rows<Link>,
+    bells: Rows<Bell>,
     /// Wall neighbours of each fluid particle.
     pub wall: Rows<WallPair>,
     /// Fluid neighbours of each active wall particle.
@@ -80,12 +98,15 @@ pub struct Neighbourhood {
     pub compression: Vec<Real>,
     /// m_i = (1/3) Σ V_j (−W'/r) r² [1]: 1 in the continuum; floored at free surfaces.
     pub trace: Vec<Real>,
-    /// B_i: inverse of −Σ V_j x_ij ⊗ ∇W_ij, the identity where that is ill-conditioned.
+    /// B_i: inverse of −Σ V_j x_ij ⊗ ∇W_ij, the identity where that is ill-conditioned; empty before
+    /// [`Neighbourhood::correct`].
     pub correction: Vec<Mat3>,
     /// How many of the static walls are awake: the first of the active wall particles.
     pub awake: usize,
     /// Which of the moving wall particles the others are.
     moving: Vec<u32>,
+    /// The walls near each fluid particle, static ones before moving ones, while the rest is built.
+    found: Rows<u32>,
 }
 
 /// Where a particle stands before the solid: distance [m] to the true surface and unit normal into the open.
@@ -102,22 +123,47 @@ impl Neighbourhood {
         moving: &MovingWalls,
         standing: impl Fn(&Vec3) -> Standing + Sync,
     ) -> Self {
+        let mut near = Self::default();
+        near.rebuild(position, spacing, kernel, domain, walls, moving, standing);
+        near
+    }
+
+    /// The same in the memory of the pairs that were here.
+    pub fn rebuild(
+        &mut self,
+        position: &[Vec3],
+        spacing: Real,
+        kernel: &Kernel,
+        domain: &Domain,
+        walls: &Walls,
+        moving: &MovingWalls,
+        standing: impl Fn(&Vec3) -> Standing + Sync,
+    ) {
         let n = position.len();
         let rest_volume = kernel.rest_volume(spacing);
         let h = kernel.support_radius;
         let cells = Cells::new(position, h, domain);
         let moving_cells = Cells::new(&moving.position, h, domain);
 
-        let fluid = Rows::build(n, |i, row| {
-            let x = position[i];
-            cells.near(&x, |j| {
-                if let Some((x_ij, r)) =
-                    within(h, domain.shortest(x - position[j])).filter(|_| j != i)
-                {
+        let Self {
+            fluid,
+            bells,
+            wall,
+            of_wall,
+            found,
+            ..
+        } = self;
+
+        fluid.rebuild_with(bells, n, |i, row, bells| {
+            cells.near(&position[i], |j, x_ij, squared| {
+                if j != i {
+                    let r = squared.sqrt();
                     let steepness = (rest_volume * kernel.steepness(r)) as f32;
-                    row.push(Pair {
-                        j: j as u32,
+                    row.push(Link {
                         gradient: scaled(&x_ij, -steepness),
+                        j: j as u32,
+                    });
+                    bells.push(Bell {
                         steepness,
                         weight: (rest_volume * kernel.w(r)) as f32,
                     });
@@ -127,19 +173,10 @@ impl Neighbourhood {
 
         // Pairs with walls: static ones first, moving ones numbered after them.
         let static_count = walls.particles.position.len();
-        let found = Rows::build(n, |i, row: &mut Vec<u32>| {
-            let x = position[i];
-            let near = |y: &Vec3| within(h, domain.shortest(x - y)).is_some();
-            walls.cells.near(&x, |b| {
-                if near(&walls.particles.position[b]) {
-                    row.push(b as u32);
-                }
-            });
-            moving_cells.near(&x, |b| {
-                if near(&moving.position[b]) {
-                    row.push((static_count + b) as u32);
-                }
-            });
+        found.rebuild(n, |i, row| {
+            let x = &position[i];
+            walls.cells.near(x, |b, _, _| row.push(b as u32));
+            moving_cells.near(x, |b, _, _| row.push((static_count + b) as u32));
         });
         let mut place = vec![u32::MAX; static_count + moving.position.len()];
         for i in 0..n {
@@ -190,17 +227,15 @@ impl Neighbourhood {
             Some(b) => moving.depth[b].map(|depth| (moving.own_sum[b], depth)),
         };
 
-        let mut of_wall = Rows::build(active.len(), |a, row| {
-            let x = at(active[a]);
-            cells.near(&x, |i| {
-                if let Some((x_bi, r)) = within(h, domain.shortest(x - position[i])) {
-                    let steepness = (rest_volume * kernel.steepness(r)) as f32;
-                    row.push(FluidOfWall {
-                        i: i as u32,
-                        gradient: scaled(&x_bi, -steepness),
-                        share: (rest_volume * kernel.w(r)) as f32,
-                    });
-                }
+        of_wall.rebuild(active.len(), |a, row| {
+            cells.near(&at(active[a]), |i, x_bi, squared| {
+                let r = squared.sqrt();
+                let steepness = (rest_volume * kernel.steepness(r)) as f32;
+                row.push(FluidOfWall {
+                    i: i as u32,
+                    gradient: scaled(&x_bi, -steepness),
+                    share: (rest_volume * kernel.w(r)) as f32,
+                });
             });
         });
         let weight_of_fluid: Vec<Real> = (0..active.len())
@@ -227,7 +262,7 @@ impl Neighbourhood {
             })
             .collect();
 
-        let wall = Rows::build(n, |i, row| {
+        wall.rebuild(n, |i, row| {
             if found.row(i).is_empty() {
                 return;
             }
@@ -256,61 +291,86 @@ impl Neighbourhood {
         });
 
         let own = rest_volume * kernel.w(0.0);
-        let moments: Vec<(Real, Real, Mat3)> = (0..n)
+        (0..n)
             .into_par_iter()
             .with_min_len(256)
             .map(|i| {
-                let (mut compression, mut moment) = (own, Mat3::zeros());
-                for pair in fluid.row(i) {
-                    compression += Real::from(pair.weight);
-                    let g = vector(pair.gradient);
-                    if pair.steepness > 0.0 {
-                        moment += g * g.transpose() / Real::from(pair.steepness);
-                    }
+                let (mut compression, mut trace) = (own, 0.0);
+                for (link, bell) in fluid.row(i).iter().zip(bells.row(i)) {
+                    compression += Real::from(bell.weight);
+                    trace += squared_over(link.gradient, bell.steepness);
                 }
                 for pair in wall.row(i) {
                     compression += Real::from(pair.share) * weight_of_fluid[pair.b as usize]
                         / rest_volume
                         * wall_volume[pair.b as usize];
-                    let g = vector(pair.gradient);
-                    if pair.steepness > 0.0 {
-                        moment += g * g.transpose() / Real::from(pair.steepness);
-                    }
+                    trace += squared_over(pair.gradient, pair.steepness);
                 }
-                let trace = (moment.trace() / 3.0).max(LEAST_TRACE);
-                // A half-filled neighbourhood has no reliable inverse: there the plain gradient stays.
-                let correction = if moment.determinant() > 0.3 {
-                    moment.try_inverse()
-                } else {
-                    None
-                };
-                (
-                    compression,
-                    trace,
-                    correction.unwrap_or_else(Mat3::identity),
-                )
+                (compression, (trace / 3.0).max(LEAST_TRACE))
             })
+            .unzip_into_vecs(&mut self.compression, &mut self.trace);
+        self.correction.clear();
+        self.spacing = spacing;
+        self.rest_volume = rest_volume;
+        self.awake = active.iter().filter(|&&b| b < static_count).count();
+        self.moving = active
+            .iter()
+            .filter_map(|b| Some(b.checked_sub(static_count)? as u32))
             .collect();
-        Self {
-            spacing,
-            rest_volume,
-            fluid,
-            wall,
-            of_wall,
-            wall_velocity,
-            wall_inlet,
-            wall_spin,
-            wall_volume,
-            wall_excess,
-            compression: moments.iter().map(|m| m.0).collect(),
-            trace: moments.iter().map(|m| m.1).collect(),
-            correction: moments.iter().map(|m| m.2).collect(),
-            awake: active.iter().filter(|&&b| b < static_count).count(),
-            moving: active
-                .iter()
-                .filter_map(|b| Some(b.checked_sub(static_count)? as u32))
-                .collect(),
+        self.wall_velocity = wall_velocity;
+        self.wall_inlet = wall_inlet;
+        self.wall_spin = wall_spin;
+        self.wall_volume = wall_volume;
+        self.wall_excess = wall_excess;
+    }
+
+    /// Finds B, which only the velocity gradient needs, unless it is there already.
+    pub fn correct(&mut self) {
+        if self.correction.len() == self.len() {
+            return;
         }
+        let mut correction = std::mem::take(&mut self.correction);
+        let product = |gradient: [f32; 3], steepness: f32| {
+            let g = vector(gradient);
+            if steepness > 0.0 {
+                g * g.transpose() / Real::from(steepness)
+            } else {
+                Mat3::zeros()
+            }
+        };
+        (0..self.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| {
+                let mut moment = Mat3::zeros();
+                for (link, bell) in self.fluid.row(i).iter().zip(self.bells.row(i)) {
+                    moment += product(link.gradient, bell.steepness);
+                }
+                for pair in self.wall.row(i) {
+                    moment += product(pair.gradient, pair.steepness);
+                }
+                // A half-filled neighbourhood has no reliable inverse: there the plain gradient stays.
+                let inverse = (moment.determinant() > 0.3).then(|| moment.try_inverse());
+                inverse.flatten().unwrap_or_else(Mat3::identity)
+            })
+            .collect_into_vec(&mut correction);
+        self.correction = correction;
+    }
+
+    /// The fluid neighbours of particle i with all there is to know of them.
+    #[inline(always)]
+    pub fn pairs(&self, i: usize) -> impl Iterator<Item = Pair> + '_ {
+        let bells = self.bells.row(i).iter();
+        self.fluid
+            .row(i)
+            .iter()
+            .zip(bells)
+            .map(|(link, bell)| Pair {
+                j: link.j,
+                gradient: link.gradient,
+                steepness: bell.steepness,
+                weight: bell.weight,
+            })
     }
 
     /// Gives the moving walls other velocities [m/s].
@@ -351,10 +411,14 @@ impl Neighbourhood {
     }
 }
 
+/// V (−W'/r) r²: the trace of what a pair adds to the moment matrix.
 #[inline]
-fn within(h: Real, x_ij: Vec3) -> Option<(Vec3, Real)> {
-    let squared = x_ij.norm_squared();
-    (squared < h * h).then(|| (x_ij, squared.sqrt()))
+fn squared_over(gradient: [f32; 3], steepness: f32) -> Real {
+    if steepness > 0.0 {
+        vector(gradient).norm_squared() / Real::from(steepness)
+    } else {
+        0.0
+    }
 }
 
 #[inline]

@@ -10,7 +10,8 @@ const GRAIN: usize = 128;
 /// L_ab = ∂v_a/∂x_b [1/s] (Eq. 2, as a Jacobian), in difference form with the moment correction; behind a wall
 /// the velocity is carried on linearly, zero slip at the true surface.
 ///
-/// Exact for a linear field, also beside a plane wall and on disordered particles.
+/// Exact for a linear field, also beside a plane wall and on disordered particles. Needs
+/// [`Neighbourhood::correct`].
 pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
     (0..near.len())
         .into_par_iter()
@@ -106,10 +107,10 @@ pub fn viscous_force(
         .with_min_len(GRAIN)
         .map(|i| {
             let mut force = Vec3::zeros();
-            for pair in near.fluid.row(i) {
+            for pair in near.pairs(i) {
                 let j = pair.j as usize;
                 let eta = mean.of(viscosity[i], viscosity[j]);
-                force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, pair));
+                force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, &pair));
             }
             if with_walls {
                 let (friction, carried) = wall_friction(near, i);

@@ -17,7 +17,7 @@ impl Preconditioner for CoupledSolver<'_> {
         let rho_0 = half / centre;
         let rho_1 = 1.0 / (2.0 * centre / half - rho_0);
         // First Chebyshev step: scaled Jacobi, read off r where it is needed.
-        let first = |j: usize| 1.0 / (centre * self.diagonal[j]);
+        let first: Vec<Real> = self.diagonal.iter().map(|d| 1.0 / (centre * d)).collect();
         let by_cell = self.coarse.solve(|i| r[i][3]);
         z.par_chunks_mut(GRAIN)
             .enumerate()
@@ -25,11 +25,11 @@ impl Preconditioner for CoupledSolver<'_> {
                 for (offset, row) in rows.iter_mut().enumerate() {
                     let i = block * GRAIN + offset;
                     let d = self.diagonal[i];
-                    let start = first(i);
+                    let start = first[i];
                     let mut pull = [0.0; 3];
                     for pair in self.pairs.row(i) {
                         let j = pair.j as usize;
-                        let c = Real::from(pair.drag) * first(j);
+                        let c = Real::from(pair.drag) * first[j];
                         for axis in 0..3 {
                             pull[axis] += c * r[j][axis];
                         }

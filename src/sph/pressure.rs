@@ -32,36 +32,6 @@ pub struct PressureOperator<'a> {
 }
 
 impl PressureOperator<'_> {
-    /// P k [N].
-    pub fn force(&self, pressure: &[Real]) -> Vec<Vec3> {
-        let near = self.near;
-        let of_walls: Vec<Real> = (0..near.of_wall.len())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .map(|b| {
-                near.of_wall
-                    .row(b)
-                    .iter()
-                    .map(|p| Real::from(p.share) * pressure[p.i as usize])
-                    .sum()
-            })
-            .collect();
-        (0..near.len())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .map(|i| {
-                let mut force = Vec3::zeros();
-                for pair in near.fluid.row(i) {
-                    force += vector(pair.gradient) * (pressure[i] + pressure[pair.j as usize]);
-                }
-                for pair in near.wall.row(i) {
-                    force += vector(pair.gradient) * (pressure[i] + of_walls[pair.b as usize]);
-                }
-                force * near.rest_volume
-            })
-            .collect()
-    }
-
     /// Pᵀ v [m³/s], walls at rest.
     pub fn volume_rate(&self, velocity: &[Vec3]) -> Vec<Real> {
         self.rate(velocity, false)

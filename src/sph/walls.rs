@@ -39,9 +39,8 @@ impl Walls {
             .map(|b| {
                 let x = &particles.position[b];
                 let mut sum = 0.0;
-                cells.near(x, |other| {
-                    let r = domain.shortest(x - particles.position[other]).norm();
-                    sum += particles.volume[other] * kernel.w(r);
+                cells.near(x, |other, _, squared| {
+                    sum += particles.volume[other] * kernel.w(squared.sqrt());
                 });
                 sum
             })
