@@ -22,10 +22,12 @@ pub(super) fn write(job: &Job) -> Result<(), FlowError> {
     let ended = Ended::of(&job.folder);
     let rows = (views.par_iter())
         .map(|view| {
-            let small = pictures(&job.folder, view, None)?;
-            if small.is_empty() {
+            let mut small = pictures(&job.folder, view, None)?;
+            let Some(size) = small.last().map(|(_, picture)| picture.dimensions()) else {
                 return Ok(None);
-            }
+            };
+            // Frames drawn earlier, at another size, are no part of it.
+            small.retain(|(_, picture)| picture.dimensions() == size);
             let moving: Vec<&RgbImage> = small.iter().map(|(_, picture)| picture).collect();
             let path = job.folder.animation(view);
             let bytes = animation(&moving, job.scene.sim.frames_per_second);
