@@ -1,4 +1,4 @@
-//! Files as the programs find them that they are for: OpenVDB's own reader, and Blender.
+//! Files as the programs find them that they are for: OpenVDB's own reader, USD's own library, and Blender.
 
 use half::f16;
 use osteoflow::export::{Class, Codec, Grid, Leaf, Leaves, vdb};
@@ -194,11 +194,8 @@ height = 120
 samples = 1
 "#;
 
-#[test]
-fn blender_opens_a_take_through_its_own_script() {
-    if !there_is("blender", &["--version"]) {
-        return;
-    }
+/// The folder of a take with everything exported.
+fn take() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let recipe = folder.path().join("recipe.toml");
     fs::write(&recipe, RECIPE).expect("written");
@@ -216,6 +213,36 @@ fn blender_opens_a_take_through_its_own_script() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{verb}: {said}");
     }
+    folder
+}
+
+/// `OSTEOFLOW_PYTHON`: a Python that has USD's own library (`pip install usd-core`).
+#[test]
+fn usd_opens_the_scene_and_finds_every_frame() {
+    let python = std::env::var("OSTEOFLOW_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    if !there_is(&python, &["-c", "from pxr import Usd, UsdGeom, UsdVol"]) {
+        return;
+    }
+    let folder = take();
+    let output = Command::new(python)
+        .arg(script("usd.py"))
+        .arg(folder.path().join("out"))
+        .output()
+        .expect("Python starts");
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success() && said.contains("a scene of 3 frames"),
+        "{said}"
+    );
+}
+
+#[test]
+fn blender_opens_a_take_through_its_own_script() {
+    if !there_is("blender", &["--version"]) {
+        return;
+    }
+    let folder = take();
+    let out = folder.path().join("out");
     let output = Command::new("blender")
         .args([
             "-b",

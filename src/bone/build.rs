@@ -10,7 +10,7 @@ use super::network::Network;
 use super::report::{self, BoneReport};
 use super::settings::{BoneError, BoneSettings};
 use super::sources::Sources;
-use super::space::Channel;
+use super::space::{Channel, OpeningShape};
 use super::{Bone, network::Strut};
 use crate::grid::{BRICK, BrickGrid};
 use crate::math::{Real, Vec3};
@@ -37,7 +37,9 @@ pub(super) struct BoneBrick {
     pub(super) phi: Box<[f32; 512]>,
     /// `place` of every node.
     pub(super) place: Box<[u8; 512]>,
-    /// Nodes' worth of shell, by sub-voxel fraction.
+    /// Nodes' worth of bone, shell and struts, by sub-voxel fraction.
+    pub(super) bone: Real,
+    /// Nodes' worth of shell.
     pub(super) shell: Real,
     /// What is inside the shell, by region and class of asked porosity.
     pub(super) tallies: Vec<[Tally; CLASSES]>,
@@ -119,6 +121,8 @@ struct Filler<'a> {
 
 /// Bricks along the edge of a block that is passed over as a whole when it is far outside.
 const BLOCK: i32 = 4;
+/// Of more triangles around a brick, the search tree finds the nearest sooner than a list.
+const MANY: usize = 256;
 /// More blocks than this are refused.
 const MAX_BLOCKS: Real = 1e6;
 
@@ -203,18 +207,24 @@ impl Filler<'_> {
             Vec::new()
         };
         let struts = self.network.near(&centre, self.band + radius);
+        let openings = self.near_openings(&centre, radius);
 
         let mut brick = BoneBrick {
             first,
             phi: Box::new([self.grid.background; 512]),
             place: Box::new([place::ELSEWHERE; 512]),
+            bone: 0.0,
             shell: 0.0,
             tallies: vec![[Tally::default(); CLASSES]; self.settings.regions.len()],
         };
         for octant in 0..8 {
             let step = [octant >> 2 & 1, octant >> 1 & 1, octant & 1];
-            self.octant(&mut brick, step, &triangles, &struts, depth);
+            self.octant(&mut brick, step, &triangles, &struts, &openings, depth);
         }
+        let solid = brick.phi.iter();
+        brick.bone = solid
+            .map(|phi| solid_share(Real::from(*phi), self.grid.voxel))
+            .sum();
         Some(brick)
     }
 
@@ -225,24 +235,33 @@ impl Filler<'_> {
         step: [i32; 3],
         triangles: &[u32],
         struts: &[Strut],
+        openings: &Openings<'_>,
         brick_depth: Real,
     ) {
         const EDGE: i32 = BRICK / 2;
         let first: [i32; 3] = std::array::from_fn(|axis| brick.first[axis] + step[axis] * EDGE);
         let (centre, radius) = self.around(first, EDGE);
-        let triangles = self
-            .distance
-            .nearest_within(&centre, 2.0 * radius, triangles);
+        let listed = (triangles.len() <= MANY).then(|| {
+            self.distance
+                .nearest_within(&centre, 2.0 * radius, triangles)
+        });
+        let closest = |x: &Vec3| match &listed {
+            Some(listed) => self.distance.closest_among(x, listed),
+            None => self.distance.closest(x),
+        };
         let shallowest = if triangles.is_empty() {
             brick_depth
         } else {
-            let depth = self.distance.signed_among(&centre, &triangles);
+            let depth = closest(&centre).0;
             if depth > self.band + radius {
                 return;
             }
             depth + radius
         };
-        let struts = nearest_struts(&centre, radius, struts);
+        let struts: Vec<Axis> = nearest_struts(&centre, radius, struts)
+            .iter()
+            .map(Axis::of)
+            .collect();
         let thickest = self.settings.thickest_shell();
         for n in 0..EDGE.pow(3) {
             let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
@@ -252,17 +271,21 @@ impl Filler<'_> {
                 .position(std::array::from_fn(|axis| brick.first[axis] + node[axis]));
             let strut = struts
                 .iter()
-                .fold(self.band, |least, strut| least.min(strut.distance(&x)));
+                .fold(self.band, |least, axis| least.min(axis.distance(&x)));
             // Where the shell cannot be nearer than a strut, a bound of the depth is as good as the depth.
             let (d, shell) =
                 if triangles.is_empty() || shallowest < -thickest - strut.max(self.grid.voxel) {
                     (shallowest, thickest)
                 } else {
-                    let (d, surface) = self.distance.closest_among(&x, &triangles);
+                    let (d, surface) = closest(&x);
                     (d, self.settings.shell_at(&(x - surface)))
                 };
             let cortex = (d + 0.5 * shell).abs() - 0.5 * shell;
-            let open = self.open(&x);
+            let open = if openings.is_empty() {
+                -self.band
+            } else {
+                openings.depth(&x).max(-self.band)
+            };
             let phi = cortex.min(strut.max(d)).max(open);
             let node = (node[0] << 6 | node[1] << 3 | node[2]) as usize;
             brick.phi[node] = phi.clamp(-self.band, self.band) as f32;
@@ -288,12 +311,63 @@ impl Filler<'_> {
         }
     }
 
-    /// How deep `x` lies in a bore or another opening [m], negative outside all.
-    fn open(&self, x: &Vec3) -> Real {
+    /// Bores and other openings that reach into the band around a point within `radius` of `centre`.
+    fn near_openings(&self, centre: &Vec3, radius: Real) -> Openings<'_> {
+        let reach = -(self.band + radius);
+        let bores = self.bores.iter();
+        let others = self.settings.openings.iter().map(|opening| &opening.shape);
+        Openings {
+            bores: bores.filter(|b| b.distance(centre).0 >= reach).collect(),
+            others: others.filter(|o| o.depth(centre) >= reach).collect(),
+        }
+    }
+}
+
+struct Openings<'a> {
+    bores: Vec<&'a Shape>,
+    others: Vec<&'a OpeningShape>,
+}
+
+impl Openings<'_> {
+    fn is_empty(&self) -> bool {
+        self.bores.is_empty() && self.others.is_empty()
+    }
+
+    /// How deep `x` lies in one of them [m], negative outside all.
+    fn depth(&self, x: &Vec3) -> Real {
         let bores = self.bores.iter().map(|bore| bore.distance(x).0);
-        let openings = &self.settings.openings;
-        let openings = openings.iter().map(|opening| opening.shape.depth(x));
-        bores.chain(openings).fold(-self.band, Real::max)
+        let others = self.others.iter().map(|shape| shape.depth(x));
+        bores.chain(others).fold(Real::NEG_INFINITY, Real::max)
+    }
+}
+
+/// A strut made ready for many points.
+struct Axis {
+    from: Vec3,
+    along: Vec3,
+    per_square: Real,
+    radius: Real,
+    taper: Real,
+}
+
+impl Axis {
+    fn of(strut: &Strut) -> Self {
+        let along = strut.to - strut.from;
+        Self {
+            from: strut.from,
+            along,
+            per_square: 1.0 / along.norm_squared().max(1e-30),
+            radius: strut.radius[0],
+            taper: strut.radius[1] - strut.radius[0],
+        }
+    }
+
+    /// Distance to the surface [m], as [`Strut::distance`].
+    #[inline]
+    fn distance(&self, x: &Vec3) -> Real {
+        let x = x - self.from;
+        let t = (x.dot(&self.along) * self.per_square).clamp(0.0, 1.0);
+        (x - self.along * t).norm_squared().sqrt() - (self.radius + self.taper * t)
     }
 }
 

@@ -52,7 +52,7 @@ pub fn find(mesh: &TriMesh) -> Result<Landmarks, LandmarkError> {
     let depths = depths(mesh, &distance, &Lattice::cells(&bounds, step));
     let deepest = depths.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     let &(thickest, _) = deepest.ok_or(LandmarkError::TooThin)?;
-    let body_radius = climb(&distance, thickest, step);
+    let (_, body_radius) = deepest_near(&distance, thickest, step);
 
     // The core is flat where endplates are parallel: its middle is steadier than its one deepest point.
     let threshold = CORE * body_radius;
@@ -106,8 +106,9 @@ fn depths(mesh: &TriMesh, distance: &MeshDistance, lattice: &Lattice) -> Vec<(Ve
         .collect()
 }
 
-/// Depth at the deepest point uphill of `x`: neighbours at a distance that halves when none is deeper.
-fn climb(distance: &MeshDistance, mut x: Vec3, mut step: Real) -> Real {
+/// Uphill from `x` to a point that is deepest inside, and its depth [m]: steps along the axes, halved when none leads
+/// deeper.
+pub fn deepest_near(distance: &MeshDistance, mut x: Vec3, mut step: Real) -> (Vec3, Real) {
     let mut depth = -distance.signed(&x);
     for _ in 0..24 {
         let neighbours = (0..6).map(|k| {
@@ -120,7 +121,7 @@ fn climb(distance: &MeshDistance, mut x: Vec3, mut step: Real) -> Real {
             _ => step *= 0.5,
         }
     }
-    depth
+    (x, depth)
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ pub use build::{BAND, build};
 pub use network::Strut;
 pub use permeability::Sample;
 pub use preset::Preset;
-pub use report::{BoneReport, Reach, RegionReport};
+pub use report::{ACROSS, BoneReport, Reach, RegionReport};
 pub use settings::{BoneError, BoneSettings, Region, Struts, Varying};
 pub use sources::{Sources, Volume};
 pub use space::{Channel, Opening, OpeningShape, Place};

@@ -1,9 +1,9 @@
 //! Measures a bone on its grid: what was asked and what was made, and whether cement can pass.
 
-use super::build::{BoneBrick, CLASSES, Tally, place, solid_share};
+use super::build::{BoneBrick, CLASSES, Tally, place};
 use super::network::Network;
 use super::settings::{BoneSettings, Struts};
-use crate::grid::{BrickMask, connected_share, reached_share};
+use crate::grid::{BrickMask, BrickNeighbours, count};
 use crate::math::Real;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,21 +21,44 @@ pub struct BoneReport {
     pub bone_connected: Real,
     /// Share of the pores inside the shell that hang together in one piece [1].
     pub pores_connected: Real,
-    /// How far balls of growing size get from the bores; empty without bores.
+    /// How much of the pores balls of growing size get to.
     pub reach: Vec<Reach>,
     /// By region.
     pub regions: Vec<RegionReport>,
 }
 
-/// How far a ball gets through the pores.
+/// How far a ball gets through the pores, as mercury does under a pressure: what it can fill, to a node of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// Diameter of the ball in particle spacings.
     pub ball_in_spacings: Real,
-    /// Share of the pores where its centre has room [1].
+    /// Share of the pores that such balls fill, wherever they come from [1].
     pub fits: Real,
-    /// Share of those places that it can get to from the bores [1].
+    /// Share of the pores that those fill which come from the bores, or without bores from the largest piece [1].
     pub reached: Real,
+}
+
+impl BoneReport {
+    /// Widths of the widest ways to the pores: from and to [particle spacings], and the share of the pores that is
+    /// reached on such ways. The last class has no upper end; what is missing from a sum of 1 is narrower than all.
+    pub fn throats(&self) -> Vec<(Real, Option<Real>, Real)> {
+        let next = self.reach.iter().skip(1).map(Some).chain([None]);
+        let class = |(reach, next): (&Reach, Option<&Reach>)| {
+            (
+                reach.ball_in_spacings,
+                next.map(|next| next.ball_in_spacings),
+                reach.reached - next.map_or(0.0, |next| next.reached),
+            )
+        };
+        self.reach.iter().zip(next).map(class).collect()
+    }
+
+    /// Share of the pores that balls of so many spacings reach [1], by the largest of those tried that is no larger.
+    pub fn reached(&self, ball_in_spacings: Real) -> Real {
+        let tried = self.reach.iter();
+        let last = tried.take_while(|reach| reach.ball_in_spacings <= ball_in_spacings);
+        last.last().map_or(1.0, |reach| reach.reached)
+    }
 }
 
 /// One region of a bone.
@@ -49,12 +72,17 @@ pub struct RegionReport {
     pub asked_porosity: Option<Real>,
     /// Porosity that was made [1].
     pub porosity: Real,
+    /// Share of the region that lies in pores which balls of [`ACROSS`] spacings fill [1]: there, flow is resolved.
+    pub resolvable_porosity: Real,
     /// Where the asked porosity varies: asked and made in each twentieth that a hundredth of the region falls into [1].
     pub classes: Vec<[Real; 2]>,
     /// Surface of the struts in the volume of pores and struts [1/m].
     pub specific_surface: Real,
-    /// Permeability φ³/(5 S²) by Kozeny and Carman [m²].
+    /// Permeability φ³/(5 S²) by Kozeny and Carman [m²]; two to three times too much for the few rods of porous bone.
     pub kozeny_permeability: Real,
+    /// Permeability of rods in all directions with as much volume and surface [Happel59] [m²]: what a creeping flow
+    /// through struts finds, within a third.
+    pub rods_permeability: Real,
     /// Mean diameter of the horizontal struts [m]; each is up to a fifth thicker or thinner.
     pub strut_diameter: Real,
     /// Mean diameter of the largest ball around a point of the pores that still fits between the struts [m].
@@ -63,9 +91,15 @@ pub struct RegionReport {
     pub throat_diameter: Real,
     /// The same in particle spacings: below 3, flow through the throats is not resolved.
     pub throat_in_spacings: Real,
-    /// The spacing that would resolve it: a third of the throat [m].
+    /// The spacing that would resolve it: [`ACROSS`] of them across the throat [m].
     pub resolving_spacing: Real,
 }
+
+/// Spacings across a pore from which on the flow through it is resolved.
+pub const ACROSS: Real = 3.0;
+
+/// Balls whose way through the pores is tried, in spacings.
+const BALLS: [Real; 8] = [0.5, 1.0, 1.5, 2.0, ACROSS, 4.0, 6.0, 8.0];
 
 /// Measures `bricks`, whose nodes are `voxel` [m] apart.
 pub(super) fn measure(
@@ -80,17 +114,22 @@ pub(super) fn measure(
     let mut shell = 0.0;
     let mut tallies = vec![[Tally::default(); CLASSES]; settings.regions.len()];
     for brick in bricks {
+        bone += brick.bone;
         shell += brick.shell;
         for (total, of_brick) in tallies.iter_mut().zip(&brick.tallies) {
             for (total, class) in total.iter_mut().zip(of_brick) {
                 total.add(class);
             }
         }
-        for node in 0..512 {
-            let phi = Real::from(brick.phi[node]);
-            bone += solid_share(phi, voxel);
-        }
     }
+    let firsts: Vec<[i32; 3]> = bricks.iter().map(|brick| brick.first).collect();
+    let pores = Pores {
+        bricks,
+        neighbours: BrickNeighbours::new(&firsts),
+        voxel,
+    };
+    let all_pores = pores.masks(|phi, place| phi > 0.0 && place != place::ELSEWHERE);
+    let resolved = pores.grown(&pores.room(ACROSS * spacing), &all_pores, ACROSS * spacing);
     let regions = (0..settings.regions.len())
         .map(|r| {
             let mut all = Tally::default();
@@ -99,49 +138,68 @@ pub(super) fn measure(
             }
             let share = |sum: Real, of: &Tally| if of.nodes > 0.0 { sum / of.nodes } else { 0.0 };
             let code = place::FIRST_REGION + r as u8;
-            let throat = throat_diameter(bricks, code, voxel);
+            let throat = pores.throat_diameter(code);
             let struts = &settings.regions[r].struts;
             let classes = tallies[r].iter().filter(|class| {
                 matches!(struts, Struts::Varying(_)) && class.nodes > 0.01 * all.nodes
             });
             let porosity = 1.0 - share(all.solid, &all);
             let specific_surface = share(all.layer, &all) / voxel;
+            let open = pores.masks(|phi, place| phi > 0.0 && place == code);
             RegionReport {
                 name: settings.regions[r].name.clone(),
                 volume: all.nodes * cell,
                 asked_porosity: (!matches!(struts, Struts::Diameter(_)))
                     .then(|| share(all.asked, &all)),
                 porosity,
+                resolvable_porosity: porosity * share_in(&resolved, &open),
                 classes: classes
                     .map(|class| [share(class.asked, class), 1.0 - share(class.solid, class)])
                     .collect(),
                 specific_surface,
                 kozeny_permeability: kozeny(porosity, specific_surface),
+                rods_permeability: rods(porosity, specific_surface),
                 strut_diameter: network.diameters[r],
-                pore_diameter: pore_diameter(bricks, code, voxel),
+                pore_diameter: pores.pore_diameter(code),
                 throat_diameter: throat,
                 throat_in_spacings: throat / spacing,
-                resolving_spacing: throat / 3.0,
+                resolving_spacing: throat / ACROSS,
             }
         })
         .collect();
+    let seeds = pores.masks(|_, place| place == place::BORE);
+    let seeds = seeds.iter().any(|mask| *mask != [0; 8]).then_some(seeds);
+    let reach = BALLS.into_iter().map(|ball| {
+        let room = pores.room(ball * spacing);
+        let reached = pores.neighbours.reached(&room, seeds.as_deref());
+        let share = |centres| {
+            let filled = pores.grown(centres, &all_pores, ball * spacing);
+            share_in(&filled, &all_pores)
+        };
+        Reach {
+            ball_in_spacings: ball,
+            fits: share(&room),
+            reached: share(&reached),
+        }
+    });
+    // Beyond the first ball that fits nowhere there is nothing to know.
+    let mut none_before = false;
+    let reach = reach.take_while(|reach| {
+        let wanted = !none_before;
+        none_before = reach.fits == 0.0;
+        wanted
+    });
+    let reach = reach.collect();
     BoneReport {
         bone_volume: bone * cell,
         shell_volume: shell * cell,
         struts: network.struts.len(),
-        bone_connected: share_of(bricks, |phi, _| phi <= 0.0),
-        pores_connected: share_of(bricks, |phi, place| phi > 0.0 && place != place::ELSEWHERE),
-        reach: BALLS
-            .map(|ball| reach(bricks, ball, spacing))
-            .into_iter()
-            .flatten()
-            .collect(),
+        bone_connected: pores.share_of(|phi, _| phi <= 0.0),
+        pores_connected: pores.neighbours.connected_share(&all_pores),
+        reach,
         regions,
     }
 }
-
-/// Balls whose way through the pores is tried, in spacings.
-const BALLS: [Real; 5] = [0.5, 1.0, 2.0, 3.0, 4.0];
 
 /// k = φ³/(5 S²); 0 where there is no surface to tell it.
 fn kozeny(porosity: Real, specific_surface: Real) -> Real {
@@ -152,106 +210,125 @@ fn kozeny(porosity: Real, specific_surface: Real) -> Real {
     }
 }
 
-fn reach(bricks: &[BoneBrick], ball: Real, spacing: Real) -> Option<Reach> {
-    let radius = (0.5 * ball * spacing) as f32;
-    let pore = |brick: &BoneBrick, node: usize, radius: f32| {
-        brick.phi[node] > radius && brick.place[node] != place::ELSEWHERE
-    };
-    let count = |radius: f32| -> u64 {
-        let of = |brick: &BoneBrick| (0..512).filter(|n| pore(brick, *n, radius)).count() as u64;
-        bricks.par_iter().map(of).sum()
-    };
-    let seeds: Vec<BrickMask> = bricks
-        .iter()
-        .map(|brick| mask_of(brick, |_, place| place == place::BORE))
-        .collect();
-    if seeds.iter().all(|mask| *mask == [0; 8]) {
-        return None;
+/// Happel's cells around rods of radius a = 2 c/S, c = 1 − φ: a third along the flow, two thirds across.
+///
+/// ```text
+/// k/a² = (4 c − c² − 3 − 2 ln c)/(8 c) along,   (−ln c − (1 − c²)/(1 + c²))/(8 c) across
+/// ```
+fn rods(porosity: Real, specific_surface: Real) -> Real {
+    let c = 1.0 - porosity;
+    if c <= 0.0 || specific_surface <= 0.0 {
+        return 0.0;
     }
-    let masks: Vec<([i32; 3], BrickMask)> = bricks
-        .par_iter()
-        .map(|brick| {
-            let mask = mask_of(brick, |phi, place| {
-                phi > radius && place != place::ELSEWHERE
-            });
-            (brick.first, mask)
-        })
-        .collect();
-    Some(Reach {
-        ball_in_spacings: ball,
-        fits: count(radius) as Real / count(0.0).max(1) as Real,
-        reached: reached_share(&masks, |b| seeds[b]),
-    })
+    let (a, ln) = (2.0 * c / specific_surface, libm::log(c));
+    let along = (4.0 * c - c * c - 3.0 - 2.0 * ln) / (8.0 * c);
+    let across = (-ln - (1.0 - c * c) / (1.0 + c * c)) / (8.0 * c);
+    (along + 2.0 * across) / 3.0 * a * a
 }
 
-fn mask_of(brick: &BoneBrick, pick: impl Fn(f32, u8) -> bool) -> BrickMask {
-    let mut mask = [0_u64; 8];
-    for node in 0..512 {
-        let picked = pick(brick.phi[node], brick.place[node]);
-        mask[node >> 6] |= u64::from(picked) << (node & 63);
+/// Share of the nodes of `whole` that are in `part` as well; 0 of none.
+fn share_in(part: &[BrickMask], whole: &[BrickMask]) -> Real {
+    let of_both = |(a, b): (&BrickMask, &BrickMask)| count(&std::array::from_fn(|x| a[x] & b[x]));
+    let both: u64 = part.iter().zip(whole).map(of_both).sum();
+    let all: u64 = whole.iter().map(count).sum();
+    both as Real / all.max(1) as Real
+}
+
+/// The bricks of a bone as sets of nodes.
+struct Pores<'a> {
+    bricks: &'a [BoneBrick],
+    neighbours: BrickNeighbours,
+    voxel: Real,
+}
+
+impl Pores<'_> {
+    /// The nodes picked by `pick(φ, place)`.
+    fn masks(&self, pick: impl Fn(f32, u8) -> bool + Sync) -> Vec<BrickMask> {
+        let mask_of = |brick: &BoneBrick| {
+            let mut mask = [0_u64; 8];
+            for node in 0..512 {
+                let picked = pick(brick.phi[node], brick.place[node]);
+                mask[node >> 6] |= u64::from(picked) << (node & 63);
+            }
+            mask
+        };
+        self.bricks.par_iter().map(mask_of).collect()
     }
-    mask
-}
 
-/// Share of the nodes picked by `pick(φ, place)` that hang together.
-fn share_of(bricks: &[BoneBrick], pick: impl Fn(f32, u8) -> bool + Sync) -> Real {
-    let masks: Vec<([i32; 3], BrickMask)> = bricks
-        .par_iter()
-        .filter_map(|brick| {
-            let mask = mask_of(brick, &pick);
-            (mask != [0; 8]).then_some((brick.first, mask))
-        })
-        .collect();
-    connected_share(&masks)
-}
-
-/// As a mercury porosimeter sees it: the pores that a ball can enter stay one piece up to the throats' diameter, and
-/// fall apart into cells beyond it.
-fn throat_diameter(bricks: &[BoneBrick], region: u8, voxel: Real) -> Real {
-    let largest = bricks.iter().flat_map(|brick| {
-        let nodes = brick.phi.iter().zip(brick.place.iter());
-        nodes
-            .filter(|(_, place)| **place == region)
-            .map(|(phi, _)| *phi)
-    });
-    let largest = largest.fold(0.0, f32::max);
-    // In voxels: open at `low`, fallen apart or gone at `high`.
-    let (mut low, mut high) = (0, (Real::from(largest) / voxel).ceil() as u32);
-    while high > low + 1 {
-        let middle = u32::midpoint(low, high);
-        let radius = (Real::from(middle) * voxel) as f32;
-        let share = share_of(bricks, |phi, place| place == region && phi > radius);
-        if share > 0.5 {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    /// Share of the nodes picked by `pick(φ, place)` that hang together.
+    fn share_of(&self, pick: impl Fn(f32, u8) -> bool + Sync) -> Real {
+        self.neighbours.connected_share(&self.masks(pick))
     }
-    2.0 * Real::from(low) * voxel
-}
 
-/// Twice the mean of the upper tenth of φ: the balls that sit in the middle of the pores.
-fn pore_diameter(bricks: &[BoneBrick], region: u8, voxel: Real) -> Real {
-    // Counted by fine classes: no list of millions of values needs to be sorted.
-    const PER_VOXEL: Real = 16.0;
-    let mut classes: Vec<u64> = Vec::new();
-    for brick in bricks {
-        for node in 0..512 {
-            if brick.place[node] == region && brick.phi[node] > 0.0 {
-                let class = (Real::from(brick.phi[node]) / voxel * PER_VOXEL) as usize;
-                if classes.len() <= class {
-                    classes.resize(class + 1, 0);
-                }
-                classes[class] += 1;
+    /// Where a ball of a `diameter` [m] has room for its centre.
+    fn room(&self, diameter: Real) -> Vec<BrickMask> {
+        let radius = (0.5 * diameter) as f32;
+        self.masks(|phi, place| phi > radius && place != place::ELSEWHERE)
+    }
+
+    /// What balls of a `diameter` [m] around `centres` hold of the pores.
+    fn grown(&self, centres: &[BrickMask], pores: &[BrickMask], diameter: Real) -> Vec<BrickMask> {
+        let steps = (0.5 * diameter / self.voxel).ceil() as usize;
+        let grown = self.neighbours.grown(centres, steps);
+        let both = |(a, b): (&BrickMask, &BrickMask)| std::array::from_fn(|x| a[x] & b[x]);
+        grown.par_iter().zip(pores).map(both).collect()
+    }
+
+    /// As a mercury porosimeter sees it: the pores that a ball can enter stay one piece up to the throats' diameter,
+    /// and fall apart into cells beyond it.
+    fn throat_diameter(&self, region: u8) -> Real {
+        let largest = |brick: &BoneBrick| {
+            let nodes = brick.phi.iter().zip(brick.place.iter());
+            let of_region = nodes.filter(|(_, place)| **place == region);
+            of_region.fold(0.0, |most: f32, (phi, _)| most.max(*phi))
+        };
+        let largest = self.bricks.par_iter().map(largest).reduce(|| 0.0, f32::max);
+        // In voxels: open at `low`, fallen apart or gone at `high`.
+        let (mut low, mut high) = (0, (Real::from(largest) / self.voxel).ceil() as u32);
+        while high > low + 1 {
+            let middle = u32::midpoint(low, high);
+            let radius = (Real::from(middle) * self.voxel) as f32;
+            let share = self.share_of(|phi, place| place == region && phi > radius);
+            if share > 0.5 {
+                low = middle;
+            } else {
+                high = middle;
             }
         }
+        2.0 * Real::from(low) * self.voxel
     }
-    let tenth = classes.iter().sum::<u64>().div_ceil(10);
-    let (mut left, mut sum) = (tenth, 0.0);
-    for (class, &count) in classes.iter().enumerate().rev() {
-        let taken = count.min(left);
-        sum += taken as Real * (class as Real + 0.5);
-        left -= taken;
+
+    /// Twice the mean of the upper tenth of φ: the balls that sit in the middle of the pores.
+    fn pore_diameter(&self, region: u8) -> Real {
+        // Counted by fine classes: no list of millions of values needs to be sorted.
+        const PER_VOXEL: Real = 16.0;
+        const BRICKS: usize = 1 << 12;
+        let of_bricks = |bricks: &[BoneBrick]| {
+            let mut classes: Vec<u64> = Vec::new();
+            for brick in bricks {
+                for node in 0..512 {
+                    if brick.place[node] == region && brick.phi[node] > 0.0 {
+                        let class = (Real::from(brick.phi[node]) / self.voxel * PER_VOXEL) as usize;
+                        if classes.len() <= class {
+                            classes.resize(class + 1, 0);
+                        }
+                        classes[class] += 1;
+                    }
+                }
+            }
+            classes
+        };
+        let parts: Vec<Vec<u64>> = self.bricks.par_chunks(BRICKS).map(of_bricks).collect();
+        let most = parts.iter().map(Vec::len).max().unwrap_or(0);
+        let of_class = |class: usize| parts.iter().filter_map(|part| part.get(class)).sum();
+        let classes: Vec<u64> = (0..most).map(of_class).collect();
+        let tenth = classes.iter().sum::<u64>().div_ceil(10);
+        let (mut left, mut sum) = (tenth, 0.0);
+        for (class, &count) in classes.iter().enumerate().rev() {
+            let taken = count.min(left);
+            sum += taken as Real * (class as Real + 0.5);
+            left -= taken;
+        }
+        2.0 * sum / tenth.max(1) as Real / PER_VOXEL * self.voxel
     }
-    2.0 * sum / tenth.max(1) as Real / PER_VOXEL * voxel
 }

@@ -38,7 +38,7 @@ pub fn write_walls(path: &Path, walls: &WallParticles) -> Result<(), CacheError>
         ("position", Values::F64(position.collect())),
         ("volume", Values::F64(walls.volume.clone())),
     ];
-    container::write(path, WALLS, &(), &arrays)
+    container::write(path, WALLS, &(), arrays.into())
 }
 
 /// Reads wall particles.
@@ -73,7 +73,7 @@ pub fn write_solid(path: &Path, solid: &Solid) -> Result<(), CacheError> {
         ));
         arrays.push((values.as_str(), Values::I16(steps_of(grid))));
     }
-    container::write(path, SOLID, &meta, &arrays)
+    container::write(path, SOLID, &meta, arrays)
 }
 
 /// Reads a solid.

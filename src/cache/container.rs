@@ -76,7 +76,7 @@ pub(super) fn write(
     path: &Path,
     kind: &str,
     meta: &impl Serialize,
-    arrays: &[(&str, Values)],
+    arrays: Vec<(&str, Values)>,
 ) -> Result<(), CacheError> {
     let header = Header {
         kind: kind.to_owned(),
@@ -86,15 +86,18 @@ pub(super) fn write(
             .map(|(name, values)| values.header(name))
             .collect(),
     };
+    let lengths = header.arrays.iter().map(|a| a.r#type.bytes() * a.length);
+    let payload = lengths.sum::<u64>() as usize;
     let header =
         serde_json::to_vec(&header).map_err(|e| CacheError::damaged(path, e.to_string()))?;
     let length = u32::try_from(header.len())
         .map_err(|_| CacheError::damaged(path, "the header is too long"))?;
-    let mut bytes = Vec::new();
+    let mut bytes = Vec::with_capacity(PREAMBLE + header.len() + payload + CHECKSUM);
     bytes.extend(MAGIC);
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend(length.to_le_bytes());
     bytes.extend(header);
+    // Each array goes as soon as it is written: no two copies of all of them.
     for (_, values) in arrays {
         values.append_to(&mut bytes);
     }

@@ -43,7 +43,7 @@ pub fn write_frame(path: &Path, frame: &Frame) -> Result<(), CacheError> {
         ("pressure", Values::F32(frame.pressure.clone())),
         ("id", Values::U32(frame.id.clone())),
     ];
-    container::write(path, KIND, &meta, &arrays)
+    container::write(path, KIND, &meta, arrays.into())
 }
 
 /// Reads a frame: every array has one row a particle and holds finite numbers.

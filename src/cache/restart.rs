@@ -64,7 +64,7 @@ pub fn write_restart(
         progress: progress.clone(),
         record,
     };
-    container::write(path, KIND, &meta, &arrays)
+    container::write(path, KIND, &meta, arrays.into())
 }
 
 /// Reads a restart file: every array has one row a particle and holds finite numbers.

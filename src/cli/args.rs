@@ -24,7 +24,7 @@ pub(super) enum Verb {
     /// Says what a recipe, a mesh (.obj) or a volume (.vdb) means and what is doubtful about it; runs nothing.
     Check(CheckArguments),
     /// Turns bone, meshes, shapes and cannulas into walls: boundary/.
-    Voxelise(WorkArguments),
+    Voxelise(BoneArguments),
     /// Lets the cement flow: frames/, stats.csv, simulation.json.
     Simulate(WorkArguments),
     /// Draws the cement's surface out of the particles: surface/*.obj.
@@ -34,7 +34,9 @@ pub(super) enum Verb {
     /// Makes pictures: preview/*.png.
     Preview(PreviewArguments),
     /// All of these in turn, each only if its results are missing or out of date.
-    Run(WorkArguments),
+    Run(BoneArguments),
+    /// Puts the pictures of several runs on one sheet: a row each, columns of times, frames that say how they ended.
+    Sheet(SheetArguments),
     /// Prints the JSON Schema of a recipe, for editors.
     Schema,
     /// Makes a mesh from formulas.
@@ -252,13 +254,20 @@ pub(super) struct WorkArguments {
     /// Goes on with a simulation that was stopped, at the last state that it saved.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Voxelise also measures how permeable a cube of the bone is, by a creeping flow: permeability.json.
-    #[arg(long)]
-    pub permeability: bool,
     /// Works even on what is up to date, in a folder of something else, and with --frames on the frames of a
     /// simulation that did not reach its end.
     #[arg(long)]
     pub force: bool,
+}
+
+/// The same for what makes the bone.
+#[derive(Debug, Args)]
+pub(super) struct BoneArguments {
+    #[command(flatten)]
+    pub work: WorkArguments,
+    /// Also measures how permeable a cube of the bone is, by a creeping flow: permeability.json.
+    #[arg(long)]
+    pub permeability: bool,
 }
 
 /// Pictures, and what they are compared with.
@@ -275,6 +284,23 @@ pub(super) struct PreviewArguments {
     /// Every byte counts, not only what can be seen.
     #[arg(long, requires = "golden")]
     pub exact: bool,
+}
+
+/// Runs side by side.
+#[derive(Debug, Args)]
+pub(super) struct SheetArguments {
+    /// Output folders whose pictures are made.
+    #[arg(required = true)]
+    pub folders: Vec<PathBuf>,
+    /// The PNG to write.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Which view; the first of each run if not given.
+    #[arg(long)]
+    pub view: Option<String>,
+    /// How many moments, from each run's start to its end.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u8).range(1..=50))]
+    pub times: u8,
 }
 
 /// A recipe, and changes to it.

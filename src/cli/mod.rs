@@ -11,7 +11,7 @@ use crate::flow::{self, Event, FlowError, Golden, Job, Stage};
 use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
-use args::{Arguments, Common, PreviewArguments, Verb, WorkArguments};
+use args::{Arguments, BoneArguments, Common, PreviewArguments, Verb, WorkArguments};
 use clap::Parser;
 use progress::{Progress, put};
 use std::error::Error;
@@ -81,12 +81,18 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
             Ok(())
         }
-        Verb::Voxelise(work) => stages(work, &[Stage::Voxelise], common, &mut progress),
+        Verb::Voxelise(bone) => with_bone(bone, &[Stage::Voxelise], common, &mut progress),
         Verb::Simulate(work) => stages(work, &[Stage::Simulate], common, &mut progress),
         Verb::Surface(work) => stages(work, &[Stage::Surface], common, &mut progress),
         Verb::Export(work) => stages(work, &[Stage::Export], common, &mut progress),
         Verb::Preview(preview) => pictures(preview, common, &mut progress),
-        Verb::Run(work) => stages(work, &Stage::ALL, common, &mut progress),
+        Verb::Run(bone) => with_bone(bone, &Stage::ALL, common, &mut progress),
+        Verb::Sheet(what) => Ok(flow::sheet(
+            &what.folders,
+            what.view.as_deref(),
+            what.times.into(),
+            &what.out,
+        )?),
         Verb::Schema => print(&format!("{:#}\n", scene::schema())),
         Verb::Make(shape) => Ok(make::make(shape)?),
         Verb::Verify { cases, work } => study::verify(cases, work, common.quiet, common.json),
@@ -104,6 +110,19 @@ fn stages(
     progress: &mut Progress,
 ) -> Result<(), Failure> {
     run_stages(work, stages, common, progress).map(|_| ())
+}
+
+fn with_bone(
+    bone: &BoneArguments,
+    stages: &[Stage],
+    common: &Common,
+    progress: &mut Progress,
+) -> Result<(), Failure> {
+    let job = run_stages(&bone.work, stages, common, progress)?;
+    if bone.permeability {
+        job.measure_permeability(&mut |event: Event<'_>| progress.show(&event))?;
+    }
+    Ok(())
 }
 
 fn pictures(
@@ -156,9 +175,6 @@ fn run_stages(
     for &stage in stages {
         job.run(stage, show)?;
     }
-    if work.permeability && stages.contains(&Stage::Voxelise) {
-        job.measure_permeability(show)?;
-    }
     if common.json {
         let path = job.folder.run_info();
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
@@ -206,7 +222,10 @@ fn code(error: &Failure) -> u8 {
         Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_)) => return 1,
     };
     match error {
-        FlowError::NoFrames { .. } | FlowError::NoGolden(_) => 2,
+        FlowError::NoFrames { .. }
+        | FlowError::NoGolden(_)
+        | FlowError::NoResults(_)
+        | FlowError::NoPictures { .. } => 2,
         FlowError::Differs { .. } => 5,
         FlowError::Scene(_)
         | FlowError::Input { .. }

@@ -3,7 +3,7 @@
 use crate::bone::Struts;
 use crate::math::Real;
 use crate::scene::Scene;
-use crate::sim::Scheme;
+use crate::sim::{Scheme, bounds_at_start};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -52,6 +52,15 @@ pub(super) fn text(scene: &Scene) -> String {
             format!("{viscosity:.3} Pa.s at {percent:.1} % polymer, sheared slowly"),
         );
     }
+    for bound in bounds_at_start(sim) {
+        let lifted = if bound.lifted {
+            ", which this scheme lifts"
+        } else {
+            ""
+        };
+        let (name, dt) = (bound.limit.name(), bound.dt * 1e3);
+        line("first step", format!("at most {dt:.4} ms ({name}){lifted}"));
+    }
     for inlet in &sim.inlets {
         let percent = inlet.polymer_fraction * 100.0;
         let dose = inlet.dose * 1e6;
@@ -89,6 +98,10 @@ fn millimetres(length: Real) -> Real {
 /// For programs.
 pub(super) fn json(scene: &Scene) -> String {
     let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
-    let report = json!({ "scene": scene, "warnings": warnings });
+    let report = json!({
+        "scene": scene,
+        "warnings": warnings,
+        "first_step": bounds_at_start(&scene.sim),
+    });
     format!("{report:#}\n")
 }

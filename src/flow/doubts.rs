@@ -2,6 +2,7 @@
 
 use super::FlowError;
 use crate::bone::landmarks;
+use crate::fluid::Cement;
 use crate::mesh::{self, MeshDistance, TriMesh};
 use crate::scene::{BoneFrame, MeshFile, Region, Scene};
 
@@ -10,7 +11,7 @@ const PLAUSIBLE: std::ops::RangeInclusive<f64> = 2e-3..=0.5;
 
 /// One sentence for each doubt.
 pub fn doubts(scene: &Scene) -> Result<Vec<String>, FlowError> {
-    let mut doubts = Vec::new();
+    let mut doubts = outside_the_paper(&scene.sim.cement);
     let movers = scene.movers.iter().filter_map(|mover| match &mover.region {
         Region::Mesh(file) => Some(file),
         Region::Shape(_) => None,
@@ -48,6 +49,22 @@ pub fn doubts(scene: &Scene) -> Result<Vec<String>, FlowError> {
     Ok(doubts)
 }
 
+/// Material constants beyond those that [IMM-CT] (Table I) was tried with.
+fn outside_the_paper(cement: &Cement) -> Vec<String> {
+    let constants = [
+        ("relaxation_time", cement.relaxation_time, "s"),
+        ("thinning", cement.thinning, "1/s"),
+        ("diffusion", cement.diffusion, "m2/s"),
+    ];
+    constants
+        .into_iter()
+        .filter(|(_, value, _)| !(0.0..=1.0).contains(value))
+        .map(|(name, value, unit)| {
+            format!("cement.{name} = {value} {unit} lies outside what the method was published for, 0 to 1 {unit}")
+        })
+        .collect()
+}
+
 fn read(file: &MeshFile) -> Result<TriMesh, FlowError> {
     Ok(mesh::read_obj(&file.path, file.unit, file.up)?)
 }
@@ -78,6 +95,11 @@ mod tests {
     #[test]
     fn a_vertebra_of_many_metres_and_a_buried_inlet_are_doubted() {
         assert!(doubts(&[]).is_empty());
+        let slow = doubts(&["cement.relaxation_time=3 s"]);
+        assert!(
+            slow.len() == 1 && slow[0].contains("relaxation_time = 3 s"),
+            "{slow:?}"
+        );
         let huge = doubts(&["bone.unit=m"]);
         assert!(huge[0].contains("m long"), "{huge:?}");
         let open = scene_without_cannula();

@@ -69,6 +69,19 @@ pub enum FlowError {
         /// The last that there is.
         last: u32,
     },
+    /// A folder that was to be shown beside others.
+    #[error("{0} holds no results (no recipe.lock.toml): run a recipe with -o {0} first")]
+    NoResults(PathBuf),
+    /// A view that a run has no pictures of.
+    #[error(
+        "{folder} has no pictures of a view `{view}`: run `preview` there first, or name another with --view"
+    )]
+    NoPictures {
+        /// The run's folder.
+        folder: PathBuf,
+        /// The view.
+        view: String,
+    },
     /// A mesh that the recipe names cannot be read.
     #[error("cannot read {path}, which the recipe names")]
     Input {

@@ -101,7 +101,7 @@ impl Rows {
                 .collect(),
             speed: surface.speed(),
             colour: alpha
-                .map(|&a| colour::to_srgb(&colour::polymer(a.into())))
+                .map(|&a| colour::to_srgb(&colour::scale(a.into())))
                 .collect(),
         }
     }

@@ -47,6 +47,18 @@ impl Folder {
         Ok(folder)
     }
 
+    /// A folder that holds the results of some recipe.
+    pub(super) fn existing(root: &Path) -> Result<Self, FlowError> {
+        let folder = Self {
+            root: root.to_owned(),
+        };
+        if folder.lock().is_file() {
+            Ok(folder)
+        } else {
+            Err(FlowError::NoResults(root.to_owned()))
+        }
+    }
+
     /// The folder itself.
     pub fn root(&self) -> &Path {
         &self.root
@@ -85,6 +97,11 @@ impl Folder {
     /// What the bone turned out to be.
     pub fn bone_report(&self) -> PathBuf {
         self.root.join("boundary/bone.json")
+    }
+
+    /// How wide the ways to its pores are.
+    pub fn bone_throats(&self) -> PathBuf {
+        self.root.join("boundary/throats.png")
     }
 
     /// Three slices through the bone.
@@ -220,6 +237,11 @@ impl Folder {
     /// All frames in one view, one after the other.
     pub fn animation(&self, view: &str) -> PathBuf {
         self.root.join(format!("preview/{view}.animation.png"))
+    }
+
+    /// The last frame of a view from all around.
+    pub fn turntable(&self, view: &str) -> PathBuf {
+        self.root.join(format!("preview/{view}.turntable.png"))
     }
 
     /// What a stage noted when it finished.

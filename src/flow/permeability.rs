@@ -1,50 +1,75 @@
-//! How permeable the inside of a bone is: `permeability.json`, from the solid that voxelise left.
+//! How permeable the inside of a bone is: `permeability.json`, from the bone that voxelise built.
 
-use super::{Event, FlowError, Job, Observer};
-use crate::bone::Sample;
+use super::{Event, FlowError, Job, Observer, bone as read};
+use crate::bone::{self, BoneReport, Sample, landmarks};
 use crate::cache;
-use crate::math::{Real, Vec3};
-use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
+use crate::math::{Aabb, Real};
+use crate::mesh::MeshDistance;
+use serde::Deserialize;
 use serde_json::json;
 
 /// Voxels along the edge of the cube, at most.
 const MOST: usize = 96;
+/// Voxels across the thinnest struts.
+const ACROSS_STRUT: Real = 3.0;
+
+#[derive(Deserialize)]
+struct BoneFile {
+    made: BoneReport,
+}
 
 impl Job {
-    /// Lets a creeping flow through the largest cube of trabeculae around the middle of the bone's domain, along each
-    /// axis; says and writes its permeability.
+    /// Lets a creeping flow through a cube of trabeculae around the middle of the bone's domain, along each axis;
+    /// says and writes its permeability. The cube is built anew, as fine as its struts ask, whatever the spacing.
     pub fn measure_permeability(&self, observer: &mut Observer<'_>) -> Result<(), FlowError> {
         let Some(bone) = &self.scene.bone else {
             return Ok(());
         };
-        let solid = cache::read_solid(&self.folder.solid())?;
-        let Some(grid) = solid.grids.last() else {
-            return Ok(());
+        let sim = &self.scene.sim;
+        let path = self.folder.bone_report();
+        let text = std::fs::read(&path).map_err(FlowError::io(&path))?;
+        let refuse = |path: &std::path::Path, problem: String| FlowError::Unfit {
+            path: path.to_path_buf(),
+            problem,
         };
-        let outer = read_obj(&self.folder.bone_mesh(), LengthUnit::Metre, UpAxis::Y)?;
-        let domain = &self.scene.sim.domain;
+        let file: BoneFile = serde_json::from_slice(&text)
+            .map_err(|error| refuse(&path, format!("is no report of a bone: {error}")))?;
+        let built = file.made.regions.iter().filter(|r| r.volume > 0.0);
+        let struts = built.map(|region| region.strut_diameter);
+        let thinnest = struts.filter(|d| *d > 0.0).fold(Real::INFINITY, Real::min);
+        let coarsest = sim.spacing / bone.settings.nodes_per_spacing;
+        let voxel = coarsest.min(thinnest / ACROSS_STRUT);
+
+        let (outer, _, sources) = read::read(bone, &mut |_| {})?;
+        let domain = &sim.domain;
         let bounds = outer.bounds();
-        let centre = (bounds.min.sup(&domain.min) + bounds.max.inf(&domain.max)) * 0.5;
-        let settings = &bone.settings;
-        let shell = settings.shell_thickness.max(settings.endplate_thickness);
+        let middle = (bounds.min.sup(&domain.min) + bounds.max.inf(&domain.max)) * 0.5;
         let distance = MeshDistance::new(&outer);
-        let (centre, depth) = deepest(&distance, centre, bounds.extent().max() * 0.1);
-        // Beyond the domain nothing is built.
-        let to_rim = (centre - domain.min).min().min((domain.max - centre).min());
-        let half = ((depth - shell) / libm::sqrt(3.0)).min(to_rim);
-        let edge = ((2.0 * half / grid.voxel) as usize).min(MOST);
+        let (centre, depth) =
+            landmarks::deepest_near(&distance, middle, bounds.extent().max() * 0.1);
+        let mut settings = bone.settings.clone();
+        let shell = settings.shell_thickness.max(settings.endplate_thickness);
+        let half = (depth - shell) / libm::sqrt(3.0);
+        let edge = ((2.0 * half / voxel).max(0.0) as usize).min(MOST);
         if edge < 16 {
-            return Err(FlowError::Unfit {
-                path: bone.file.path.clone(),
-                problem: "has no room for a cube of 16 voxels inside its shell".to_owned(),
-            });
+            return Err(refuse(
+                &bone.file.path,
+                "has no room for a cube of 16 voxels inside its shell".to_owned(),
+            ));
         }
-        let sample = Sample::cut(&centre, edge, grid.voxel, |x| grid.value(x));
+        settings.nodes_per_spacing = sim.spacing / voxel;
+        let point = Aabb {
+            min: centre,
+            max: centre,
+        };
+        settings.within = Some(point.grown(0.5 * edge as Real * voxel));
+        let cube = bone::build(&outer, &settings, &sources, sim.spacing, &bone.channels)?;
+        let sample = Sample::cut(&centre, edge, voxel, |x| cube.solid.value(x));
         let along = [0, 1, 2].map(|axis| sample.permeability(axis));
         let told = along.map(|k| k.map_or("no steady flow".to_owned(), |k| format!("{k:.2e} m²")));
         let note = format!(
             "a cube of {:.1} mm, {:.3} open, has the permeability {} along x, {} along y, {} along z",
-            edge as Real * grid.voxel * 1e3,
+            edge as Real * voxel * 1e3,
             sample.porosity(),
             told[0],
             told[1],
@@ -53,28 +78,11 @@ impl Job {
         observer(Event::Note(&bone.file.path, &note));
         let report = json!({
             "centre_m": centre,
-            "edge_m": edge as Real * grid.voxel,
-            "voxel_m": grid.voxel,
+            "edge_m": edge as Real * voxel,
+            "voxel_m": voxel,
             "porosity": sample.porosity(),
             "permeability_m2": along,
         });
         Ok(cache::write_json(&self.folder.permeability(), &report)?)
     }
-}
-
-/// Uphill from `x` to a point that is deepest inside, and its depth [m].
-fn deepest(distance: &MeshDistance, mut x: Vec3, mut step: Real) -> (Vec3, Real) {
-    let mut depth = -distance.signed(&x);
-    for _ in 0..24 {
-        let neighbours = (0..6).map(|k| {
-            let mut y = x;
-            y[k / 2] += if k % 2 == 0 { step } else { -step };
-            (y, -distance.signed(&y))
-        });
-        match neighbours.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((y, deeper)) if deeper > depth => (x, depth) = (y, deeper),
-            _ => step *= 0.5,
-        }
-    }
-    (x, depth)
 }

@@ -1,11 +1,11 @@
 //! Frames and walls → `preview/`: one picture a frame and view.
 
-use super::{FlowError, Job, Observer, each_frame, overview};
+use super::{FlowError, Job, Observer, each_frame, overview, tint::Tint, turntable};
 use crate::cache::{self, Frame};
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
 use crate::preview::{
-    Camera, Colour, Colours, Cut, Legend, Material, MeshLayer, Scene, colour, render,
+    Backdrop, Camera, Colour, Colours, Cut, Lettering, Material, MeshLayer, PictureSettings, colour,
 };
 use crate::scene::{BoneLook, View};
 use crate::sim::{Motion, Pose};
@@ -24,40 +24,51 @@ const STEEL: [u8; 3] = [158, 165, 174];
 
 pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let props = Props::read(job)?;
-    let cameras: Vec<Camera> = job
-        .scene
-        .preview
-        .views
-        .iter()
-        .map(|view| camera(job, &props, view))
+    let stand = Stand::new(job, &props)?;
+    let views = &job.scene.preview.views;
+    let picture = &job.scene.preview.picture;
+    let backdrops: Vec<Backdrop> = (views.iter())
+        .map(|view| stand.backdrop(view, &stand.camera(view), picture))
         .collect();
     each_frame(job, |frame| {
-        let cement = Cement::new(frame, &props, job);
-        for (view, camera) in job.scene.preview.views.iter().zip(&cameras) {
-            let picture = draw(job, &props, &cement, view, *camera);
+        let cement = stand.cement(frame);
+        for (n, (view, backdrop)) in views.iter().zip(&backdrops).enumerate() {
+            let picture = stand.draw(&cement, n, backdrop);
             let path = job.folder.picture(&view.name, frame.index);
             cache::write(&path, &png(&path, &picture)?)?;
         }
         Ok(())
     })?;
+    drop(backdrops);
+    turntable::write(job, &stand)?;
     overview::write(job)
 }
 
-/// The first view of the start, as `work` will draw it again; where it lies.
+/// The first view of the start; where it lies. `work` draws it again, with colours scaled to all frames.
 pub(super) fn draw_start(job: &Job) -> Result<Option<PathBuf>, FlowError> {
     let Some(view) = job.scene.preview.views.first() else {
         return Ok(None);
     };
     let props = Props::read(job)?;
-    let cement = Cement::new(&cache::read_frame(&job.folder.frame(0))?, &props, job);
-    let picture = draw(job, &props, &cement, view, camera(job, &props, view));
+    let stand = Stand::new(job, &props)?;
+    let camera = stand.camera(view);
+    let backdrop = stand.backdrop(view, &camera, &job.scene.preview.picture);
+    let cement = stand.cement(&cache::read_frame(&job.folder.frame(0))?);
     let path = job.folder.picture(&view.name, 0);
-    cache::write(&path, &png(&path, &picture)?)?;
+    cache::write(&path, &png(&path, &stand.draw(&cement, 0, &backdrop))?)?;
     Ok(Some(path))
 }
 
+/// All that pictures of a job have in common.
+pub(super) struct Stand<'a> {
+    job: &'a Job,
+    props: &'a Props,
+    /// What the colours mean in each view.
+    tints: Vec<Tint>,
+}
+
 /// What stands around the cement.
-struct Props {
+pub(super) struct Props {
     solid: Solid,
     bone: Shown,
     /// The part of the bone whose inside is not drawn.
@@ -148,47 +159,133 @@ impl Shown {
 }
 
 /// The cement of a frame, ready to be drawn.
-struct Cement {
+pub(super) struct Cement {
     surface: Surface,
-    colours: Vec<Colour>,
-    /// Where it is cut.
-    inner: Colour,
+    /// What each view shows of it: the colours of its vertices, and where it is cut.
+    colours: Vec<(Vec<Colour>, Colour)>,
     label: String,
     time: Real,
 }
 
-impl Cement {
-    fn new(frame: &Frame, props: &Props, job: &Job) -> Self {
-        let surface = reconstruct(frame, Some(&props.solid), &job.scene.surface);
-        let alpha = &surface.polymer_fraction;
-        let colours = alpha.iter().map(|&a| colour::polymer(a.into())).collect();
-        let sum: Real = frame.polymer_fraction.iter().map(|&a| Real::from(a)).sum();
-        let mean = sum / frame.polymer_fraction.len().max(1) as Real;
+impl<'a> Stand<'a> {
+    fn new(job: &'a Job, props: &'a Props) -> Result<Self, FlowError> {
+        let tints = Tint::of_views(job)?;
+        Ok(Self { job, props, tints })
+    }
+
+    /// The cement of a frame.
+    pub fn cement(&self, frame: &Frame) -> Cement {
+        let surface = reconstruct(frame, Some(&self.props.solid), &self.job.scene.surface);
+        let tints = self.tints.iter();
+        let colours = tints.map(|tint| (tint.colours(&surface), tint.mean(frame)));
         let millilitres = frame.position.len() as Real * frame.rest_volume * 1e6;
-        Self {
-            colours,
-            inner: colour::polymer(mean),
+        Cement {
+            colours: colours.collect(),
             label: format!("t = {:.2} s   {millilitres:.2} ml", frame.time),
             surface,
             time: frame.time,
         }
     }
+
+    /// What the camera has to hold: what does not move, so that it does not move either.
+    pub fn points(&self) -> Vec<Vec3> {
+        let bone = &self.props.bone.mesh.positions;
+        if bone.is_empty() {
+            corners(&self.job.scene.sim.domain)
+        } else {
+            bone.clone()
+        }
+    }
+
+    /// Where a view looks from.
+    pub fn camera(&self, view: &View) -> Camera {
+        let picture = &self.job.scene.preview.picture;
+        let aspect = Real::from(picture.width) / Real::from(picture.height);
+        let (azimuth, elevation) = (view.azimuth, view.elevation);
+        let mut camera = Camera::fitting(&self.points(), aspect, azimuth, elevation, FIELD_OF_VIEW);
+        let to_eye = (camera.position - camera.target) / view.zoom;
+        camera.target = view.target.unwrap_or(camera.target);
+        camera.position = camera.target + to_eye;
+        camera
+    }
+
+    /// What stands still in a view.
+    pub fn backdrop(
+        &self,
+        view: &View,
+        camera: &Camera,
+        picture: &PictureSettings,
+    ) -> Backdrop<'a> {
+        let props = self.props;
+        let bone_cap = colour::from_srgb(colour::CUT_BONE);
+        let cut = cut(view, bone_cap);
+        // The part that is taken away stays as glass, and so does what has no inside to show.
+        let removed = cut.map(|cut| Cut {
+            normal: -cut.normal,
+            ..cut
+        });
+        let mut still = vec![props.cannulas.layer(STEEL, Material::CEMENT, None)];
+        match view.bone {
+            BoneLook::Glass => {
+                for shown in [&props.bone, &props.walls] {
+                    still.push(shown.layer(colour::BONE, Material::GLASS_BONE, None));
+                }
+            }
+            BoneLook::Cut => {
+                for shown in [&props.inside, &props.walls] {
+                    still.push(shown.layer(colour::BONE, Material::BONE, cut));
+                }
+                for (shown, cut) in [(&props.bone, removed), (&props.rest, cut)] {
+                    still.push(shown.layer(colour::BONE, Material::GLASS_BONE, cut));
+                }
+            }
+            BoneLook::Hidden => {}
+        }
+        Backdrop::new(&still, camera, &self.job.scene.sim.domain, picture)
+    }
+
+    /// The picture of a frame in the n-th view.
+    pub fn draw(&self, cement: &Cement, n: usize, backdrop: &Backdrop<'_>) -> RgbImage {
+        let (job, view) = (self.job, &self.job.scene.preview.views[n]);
+        let (colours, inner) = &cement.colours[n];
+        // A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
+        let cement_cut = cut(view, *inner).map(|cut| Cut {
+            point: cut.point - cut.normal * (STEP_BACK * job.scene.sim.spacing),
+            ..cut
+        });
+        let mut moving = vec![MeshLayer {
+            positions: &cement.surface.mesh.positions,
+            triangles: &cement.surface.mesh.triangles,
+            normals: Some(&cement.surface.normal),
+            colours: Colours::Vertex(colours),
+            material: Material::CEMENT,
+            cut: cement_cut.filter(|_| view.cut_cement),
+        }];
+        let movers: Vec<Shown> = self
+            .props
+            .movers
+            .iter()
+            .map(|(motion, shown)| shown.placed(&motion.pose(cement.time)))
+            .collect();
+        let steel = movers
+            .iter()
+            .map(|shown| shown.layer(STEEL, Material::CEMENT, None));
+        moving.extend(steel);
+        let lettering = Lettering {
+            label: Some(cement.label.clone()),
+            legend: Some(self.tints[n].legend()),
+            scale_bar: true,
+        };
+        backdrop.draw(&moving, &[], &lettering)
+    }
 }
 
-/// Holds what does not move, so that the camera does not either.
-fn camera(job: &Job, props: &Props, view: &View) -> Camera {
-    let points = if props.bone.mesh.positions.is_empty() {
-        corners(&job.scene.sim.domain)
-    } else {
-        props.bone.mesh.positions.clone()
-    };
-    let picture = &job.scene.preview.picture;
-    let aspect = Real::from(picture.width) / Real::from(picture.height);
-    let mut camera = Camera::fitting(&points, aspect, view.azimuth, view.elevation, FIELD_OF_VIEW);
-    let to_eye = (camera.position - camera.target) / view.zoom;
-    camera.target = view.target.unwrap_or(camera.target);
-    camera.position = camera.target + to_eye;
-    camera
+fn cut(view: &View, cap: Colour) -> Option<Cut> {
+    view.cut.map(|plane| Cut {
+        point: plane.point,
+        normal: plane.normal,
+        cap,
+    })
 }
 
 fn corners(bounds: &Aabb) -> Vec<Vec3> {
@@ -196,77 +293,6 @@ fn corners(bounds: &Aabb) -> Vec<Vec3> {
     (0..8_usize)
         .map(|c| Vec3::new(ends[c & 1].x, ends[c >> 1 & 1].y, ends[c >> 2].z))
         .collect()
-}
-
-fn draw(job: &Job, props: &Props, cement: &Cement, view: &View, camera: Camera) -> RgbImage {
-    let cut = |cap: Colour| {
-        view.cut.map(|plane| Cut {
-            point: plane.point,
-            normal: plane.normal,
-            cap,
-        })
-    };
-    let bone_cap = colour::from_srgb(colour::CUT_BONE);
-    // The part that is taken away stays as glass, and so does what has no inside to show.
-    let removed = cut(bone_cap).map(|cut| Cut {
-        normal: -cut.normal,
-        ..cut
-    });
-    // A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
-    let cement_cut = cut(cement.inner).map(|cut| Cut {
-        point: cut.point - cut.normal * (STEP_BACK * job.scene.sim.spacing),
-        ..cut
-    });
-    let mut meshes = vec![
-        MeshLayer {
-            positions: &cement.surface.mesh.positions,
-            triangles: &cement.surface.mesh.triangles,
-            normals: Some(&cement.surface.normal),
-            colours: Colours::Vertex(&cement.colours),
-            material: Material::CEMENT,
-            cut: cement_cut.filter(|_| view.cut_cement),
-        },
-        props.cannulas.layer(STEEL, Material::CEMENT, None),
-    ];
-    let movers: Vec<Shown> = props
-        .movers
-        .iter()
-        .map(|(motion, shown)| shown.placed(&motion.pose(cement.time)))
-        .collect();
-    let steel = movers
-        .iter()
-        .map(|shown| shown.layer(STEEL, Material::CEMENT, None));
-    meshes.extend(steel);
-    match view.bone {
-        BoneLook::Glass => {
-            for shown in [&props.bone, &props.walls] {
-                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, None));
-            }
-        }
-        BoneLook::Cut => {
-            for shown in [&props.inside, &props.walls] {
-                meshes.push(shown.layer(colour::BONE, Material::BONE, cut(bone_cap)));
-            }
-            for (shown, cut) in [(&props.bone, removed), (&props.rest, cut(bone_cap))] {
-                meshes.push(shown.layer(colour::BONE, Material::GLASS_BONE, cut));
-            }
-        }
-        BoneLook::Hidden => {}
-    }
-    let scene = Scene {
-        meshes,
-        camera,
-        label: Some(cement.label.clone()),
-        legend: Some(Legend {
-            title: "polymer fraction".to_owned(),
-            low: 0.0,
-            high: 1.0,
-            map: colour::polymer,
-        }),
-        scale_bar: true,
-        ..Scene::default()
-    };
-    render(&scene, &job.scene.preview.picture)
 }
 
 pub(super) fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {

@@ -17,6 +17,9 @@ pub(super) struct Record {
     pub steps: u64,
     pub converged: u64,
     pub most_in_walls: usize,
+    /// Walls awake at each frame, added up.
+    #[serde(default)]
+    pub walls_awake: u64,
 }
 
 /// Beside the states: what they belong to.

@@ -163,6 +163,7 @@ impl Course<'_> {
         record.steps += ledger.window[0];
         record.converged += ledger.window[1];
         record.most_in_walls = record.most_in_walls.max(ledger.in_walls);
+        record.walls_awake += ledger.awake as u64;
         let mut row = vec![frame.to_string()];
         row.extend(ledger.row());
         Ok(self.stats.row(&row)?)
@@ -212,6 +213,8 @@ fn summary(
     let ledger = run.ledger();
     let whereabouts = whereabouts(job, run)?;
     let volume = |phases: crate::fluid::PerPhase<f64>| phases.liquid + phases.polymer;
+    let awake = record.walls_awake as f64 / f64::from(record.next.max(1));
+    let asleep = 1.0 - awake / run.wall_count().max(1) as f64;
     Ok(json!({
         "diverged": diverged,
         "time_s": run.time,
@@ -219,6 +222,7 @@ fn summary(
         "converged_share": record.converged as f64 / record.steps.max(1) as f64,
         "particles": run.fluid.len(),
         "wall_particles": run.wall_count(),
+        "walls_asleep_share": asleep,
         "carved_at_start": run.carved,
         "most_particles_in_walls": record.most_in_walls,
         "volume_inside_m3": volume(ledger.inside),

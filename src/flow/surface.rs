@@ -82,7 +82,7 @@ fn colours(surface: &Surface) -> Vec<[f32; 3]> {
     let bytes = surface
         .polymer_fraction
         .iter()
-        .map(|&alpha| colour::to_srgb(&colour::polymer(alpha.into())));
+        .map(|&alpha| colour::to_srgb(&colour::scale(alpha.into())));
     bytes
         .map(|colour| colour.map(|byte| f32::from(byte) / 255.0))
         .collect()

@@ -1,7 +1,7 @@
 //! Meshes and shapes → `boundary/`: one signed distance, wall particles, and meshes to look at.
 
 use super::bone as read;
-use super::{Event, FlowError, Job, Observer, movers, slices};
+use super::{Event, FlowError, Job, Observer, movers, slices, throats};
 use crate::bone;
 use crate::cache;
 use crate::grid::BrickGrid;
@@ -19,8 +19,6 @@ const NODES: Real = 2.0;
 const DRAWN: Real = 0.5;
 /// It is made coarser when it would have more nodes than this.
 const MOST_NODES: Real = 4e7;
-/// Spacings across a throat below which the flow through it is not resolved.
-const LEAST_ACROSS: Real = 3.0;
 /// Larger meshes are written without normals.
 const MOST_WITH_NORMALS: usize = 500_000;
 /// How much less than a support radius walls are deep, in spacings: fluid keeps off their surface.
@@ -99,7 +97,7 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
     settings.within = Some(touched);
     let built = bone::build(&outer, &settings, &sources, sim.spacing, &bone.channels)?;
     for region in &built.report.regions {
-        if region.volume > 0.0 && region.throat_in_spacings < LEAST_ACROSS {
+        if region.volume > 0.0 && region.throat_in_spacings < bone::ACROSS {
             let note = format!(
                 "throats are {:.1} spacings wide in region \"{}\": flow through them is not resolved; \
                  a spacing of {:.2} mm would resolve it",
@@ -113,26 +111,32 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
             let asked = region.asked_porosity;
             let asked = asked.map_or("–".to_owned(), |p| format!("{p:.3}"));
             let note = format!(
-                "region \"{}\": porosity asked {asked}, made {:.3}; throats {:.2} mm, {:.1} spacings; \
-                 permeability by Kozeny–Carman {:.1e} m²",
+                "region \"{}\": porosity asked {asked}, made {:.3}, resolvable {:.3}; \
+                 throats {:.2} mm, {:.1} spacings; permeability of such rods {:.1e} m², by Kozeny–Carman {:.1e} m²",
                 region.name,
                 region.porosity,
+                region.resolvable_porosity,
                 region.throat_diameter * 1e3,
                 region.throat_in_spacings,
+                region.rods_permeability,
                 region.kozeny_permeability
             );
             observer(Event::Note(path, &note));
         }
     }
-    for reach in &built.report.reach {
-        let note = format!(
-            "balls of {} spacings have room in {:.1} % of the pores and get to {:.1} % of that",
-            reach.ball_in_spacings,
-            reach.fits * 100.0,
-            reach.reached * 100.0
-        );
-        observer(Event::Note(path, &note));
-    }
+    let reached = |ball| built.report.reached(ball) * 100.0;
+    let note = format!(
+        "from {}, particles reach {:.1} % of the pores; {:.1} % on ways that are resolved, {} spacings wide",
+        if bone.channels.is_empty() {
+            "the largest pore"
+        } else {
+            "the bores"
+        },
+        reached(1.0),
+        reached(bone::ACROSS),
+        bone::ACROSS
+    );
+    observer(Event::Note(path, &note));
     let frame = landmarks.map(|found| {
         json!({
             "body_centre_m": found.body_centre,
@@ -147,6 +151,8 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
     let through = tip.unwrap_or_else(|| outer.bounds().centre());
     let picture = slices::draw(&built.solid, &outer, &touched, &through, sim.spacing);
     slices::write(&job.folder.bone_slices(), &picture)?;
+    let throats = throats::plot(&built.report).to_png();
+    cache::write(&job.folder.bone_throats(), &throats)?;
     write_mesh(&job.folder.bone_mesh(), &outer)?;
     let inside = draw(&built.solid, &outer.bounds(), &sim.domain, sim.spacing);
     write_mesh(&job.folder.inside_mesh(), &inside)?;
@@ -164,7 +170,7 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
     }
     let finest = libm::cbrt(bounds.extent().product() / MOST_NODES);
     let step = finest.max(DRAWN * spacing);
-    mesh::surface_nets(&bounds, step, |x| solid.sample(x).0)
+    mesh::surface_nets(&bounds, step, |x| solid.value(x))
 }
 
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.

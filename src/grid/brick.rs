@@ -171,9 +171,8 @@ impl BrickGrid {
     #[inline]
     fn around(&self, x: &Vec3) -> ([Real; 8], Vec3) {
         let local = (x - self.origin) / self.voxel;
-        // A particle lost far away must find the background, not an overflow.
-        let base = local.map(|c| c.floor().clamp(-1e9, 1e9));
-        let first = [base.x as i32, base.y as i32, base.z as i32];
+        let first = [floor(local.x), floor(local.y), floor(local.z)];
+        let base = Vec3::from(first.map(Real::from));
         (self.corners(first), local - base)
     }
 
@@ -184,17 +183,52 @@ impl BrickGrid {
                 None => [self.background.into(); 8],
                 Some(values) => {
                     let o = offset(first);
-                    [o, o + 1, o + 8, o + 9, o + 64, o + 65, o + 72, o + 73]
-                        .map(|o| values[o].into())
+                    let at = |o: usize| Real::from(values[o]);
+                    [
+                        at(o),
+                        at(o + 1),
+                        at(o + 8),
+                        at(o + 9),
+                        at(o + 64),
+                        at(o + 65),
+                        at(o + 72),
+                        at(o + 73),
+                    ]
                 }
             };
         }
-        std::array::from_fn(|c| {
-            let step = [c >> 2, (c >> 1) & 1, c & 1];
-            self.get(std::array::from_fn(|axis| first[axis] + step[axis] as i32))
-                .into()
-        })
+        // Only along axes where the first node is the last of its brick do the others lie in another.
+        let mut across = 0;
+        for axis in 0..3 {
+            across |= usize::from(inner[axis] == BRICK - 1) << (2 - axis);
+        }
+        let mut bricks: [Option<&[f32; NODES]>; 8] = [None; 8];
+        let mut values = [Real::from(self.background); 8];
+        for c in 0..8 {
+            let [x, y, z] = first;
+            let node = [
+                x + (c >> 2) as i32,
+                y + (c >> 1 & 1) as i32,
+                z + (c & 1) as i32,
+            ];
+            let holder = c & across;
+            if holder == c {
+                bricks[c] = self.brick(node);
+            }
+            if let Some(brick) = bricks[holder] {
+                values[c] = brick[offset(node)].into();
+            }
+        }
+        values
     }
+}
+
+/// ⌊c⌋ without a call; a particle lost far away finds the background, not an overflow.
+#[inline]
+fn floor(c: Real) -> i32 {
+    let c = c.clamp(-1e9, 1e9);
+    let towards_zero = c as i32;
+    towards_zero - i32::from(Real::from(towards_zero) > c)
 }
 
 /// Place of a node inside its brick, z running fastest (as in an OpenVDB leaf).

@@ -8,77 +8,138 @@ use std::collections::HashMap;
 /// The nodes of one brick: 8 words, one per x; bit `8 y + z` of a word.
 pub type BrickMask = [u64; 8];
 
-/// Share of the marked nodes that hang together in the largest piece (1 if none is marked); nodes are neighbours
-/// along the three axes. `bricks` are first nodes and masks.
-pub fn connected_share(bricks: &[([i32; 3], BrickMask)]) -> Real {
-    let (sizes, _) = sizes(bricks, |_| [0; 8]);
-    let marked: u64 = sizes.iter().sum();
-    if marked == 0 {
-        return 1.0;
-    }
-    sizes.iter().max().copied().unwrap_or(0) as Real / marked as Real
+/// Which bricks come before and after which along the axes; one mask a brick is to be given, in their order.
+pub struct BrickNeighbours {
+    pub(super) before: Vec<[u32; 3]>,
+    pub(super) after: Vec<[u32; 3]>,
 }
 
-/// Share of the marked nodes that hang together with a seed (0 if there is none); `seeds` marks those of a brick.
-pub fn reached_share(bricks: &[([i32; 3], BrickMask)], seeds: impl Fn(usize) -> BrickMask) -> Real {
-    let (sizes, seeded) = sizes(bricks, seeds);
-    let reached = sizes.iter().zip(seeded).filter(|(_, seeded)| *seeded);
-    let reached: u64 = reached.map(|(size, _)| size).sum();
-    reached as Real / sizes.iter().sum::<u64>().max(1) as Real
-}
+/// No brick.
+pub(super) const NONE: u32 = u32::MAX;
 
-/// Nodes of each piece, at its root, and whether one of them is a seed.
-fn sizes(
-    bricks: &[([i32; 3], BrickMask)],
-    seeds: impl Fn(usize) -> BrickMask,
-) -> (Vec<u64>, Vec<bool>) {
-    let pieces: Vec<Vec<BrickMask>> = bricks.par_iter().map(|(_, mask)| split(mask)).collect();
-    let mut first_of = Vec::with_capacity(bricks.len());
-    let mut total = 0;
-    for of_brick in &pieces {
-        first_of.push(total);
-        total += of_brick.len();
+impl BrickNeighbours {
+    /// Of bricks with these first nodes.
+    pub fn new(first: &[[i32; 3]]) -> Self {
+        let place: HashMap<[i32; 3], u32> = first
+            .iter()
+            .enumerate()
+            .map(|(b, first)| (*first, b as u32))
+            .collect();
+        let next = |first: &[i32; 3], step: i32| {
+            [0, 1, 2].map(|axis| {
+                let mut next = *first;
+                next[axis] += step;
+                place.get(&next).copied().unwrap_or(NONE)
+            })
+        };
+        Self {
+            before: first.par_iter().map(|first| next(first, -BRICK)).collect(),
+            after: first.par_iter().map(|first| next(first, BRICK)).collect(),
+        }
     }
-    let place: HashMap<[i32; 3], usize> = bricks
-        .iter()
-        .enumerate()
-        .map(|(b, (first, _))| (*first, b))
-        .collect();
 
-    let mut parent: Vec<usize> = (0..total).collect();
-    for (b, (first, _)) in bricks.iter().enumerate() {
-        for axis in 0..3 {
-            let mut next = *first;
-            next[axis] += BRICK;
-            let Some(&n) = place.get(&next) else {
-                continue;
-            };
-            for (i, low) in pieces[b].iter().enumerate() {
-                for (j, high) in pieces[n].iter().enumerate() {
-                    if touch(low, high, axis) {
-                        let (a, c) = (
-                            root(&mut parent, first_of[b] + i),
-                            root(&mut parent, first_of[n] + j),
-                        );
-                        parent[a.max(c)] = a.min(c);
+    /// Share of the marked nodes that hang together in the largest piece (1 if none is marked); nodes are neighbours
+    /// along the three axes.
+    pub fn connected_share(&self, masks: &[BrickMask]) -> Real {
+        let pieces = self.pieces(masks);
+        let marked: u64 = pieces.size.iter().sum();
+        if marked == 0 {
+            return 1.0;
+        }
+        pieces.size.iter().max().copied().unwrap_or(0) as Real / marked as Real
+    }
+
+    /// The marked nodes that hang together with a seed, or without seeds those of the largest piece.
+    pub fn reached(&self, masks: &[BrickMask], seeds: Option<&[BrickMask]>) -> Vec<BrickMask> {
+        let pieces = self.pieces(masks);
+        let mut wanted = vec![false; pieces.size.len()];
+        if let Some(seeds) = seeds {
+            for (b, of_brick) in pieces.of_brick.iter().enumerate() {
+                for (p, mask) in of_brick.iter().enumerate() {
+                    let seeded = (0..8).any(|x| mask[x] & seeds[b][x] != 0);
+                    wanted[pieces.root[pieces.first_of[b] + p]] |= seeded;
+                }
+            }
+        } else {
+            // The first of equally large ones.
+            let largest = (0..pieces.size.len()).rev().max_by_key(|p| pieces.size[*p]);
+            if let Some(largest) = largest {
+                wanted[largest] = true;
+            }
+        }
+        let of_brick = |(b, of_brick): (usize, &Vec<BrickMask>)| {
+            let mut reached = [0; 8];
+            for (p, mask) in of_brick.iter().enumerate() {
+                if wanted[pieces.root[pieces.first_of[b] + p]] {
+                    for x in 0..8 {
+                        reached[x] |= mask[x];
+                    }
+                }
+            }
+            reached
+        };
+        pieces
+            .of_brick
+            .par_iter()
+            .enumerate()
+            .map(of_brick)
+            .collect()
+    }
+
+    fn pieces(&self, masks: &[BrickMask]) -> Pieces {
+        let of_brick: Vec<Vec<BrickMask>> = masks.par_iter().map(split).collect();
+        let mut first_of = Vec::with_capacity(masks.len());
+        let mut total = 0;
+        for pieces in &of_brick {
+            first_of.push(total);
+            total += pieces.len();
+        }
+
+        let mut parent: Vec<usize> = (0..total).collect();
+        for (b, after) in self.after.iter().enumerate() {
+            for (axis, &n) in after.iter().enumerate().filter(|(_, n)| **n != NONE) {
+                let n = n as usize;
+                for (i, low) in of_brick[b].iter().enumerate() {
+                    for (j, high) in of_brick[n].iter().enumerate() {
+                        if touch(low, high, axis) {
+                            let (a, c) = (
+                                root(&mut parent, first_of[b] + i),
+                                root(&mut parent, first_of[n] + j),
+                            );
+                            parent[a.max(c)] = a.min(c);
+                        }
                     }
                 }
             }
         }
-    }
-
-    let mut size = vec![0_u64; total];
-    let mut seeded = vec![false; total];
-    for (b, of_brick) in pieces.iter().enumerate() {
-        let seeds = seeds(b);
-        for (p, mask) in of_brick.iter().enumerate() {
-            let root = root(&mut parent, first_of[b] + p);
-            let count: u64 = mask.iter().map(|word| u64::from(word.count_ones())).sum();
-            size[root] += count;
-            seeded[root] |= (0..8).any(|x| mask[x] & seeds[x] != 0);
+        let root: Vec<usize> = (0..total).map(|piece| root(&mut parent, piece)).collect();
+        let mut size = vec![0_u64; total];
+        for (mask, root) in of_brick.iter().flatten().zip(&root) {
+            size[*root] += count(mask);
+        }
+        Pieces {
+            of_brick,
+            first_of,
+            root,
+            size,
         }
     }
-    (size, seeded)
+}
+
+/// The connected pieces within bricks, and what they hang together with.
+struct Pieces {
+    of_brick: Vec<Vec<BrickMask>>,
+    /// Number of the first piece of each brick.
+    first_of: Vec<usize>,
+    /// By piece, the one that stands for all it hangs together with.
+    root: Vec<usize>,
+    /// Marked nodes, at the roots.
+    size: Vec<u64>,
+}
+
+/// Marked nodes of a brick.
+pub fn count(mask: &BrickMask) -> u64 {
+    mask.iter().map(|word| u64::from(word.count_ones())).sum()
 }
 
 fn root(parent: &mut [usize], mut piece: usize) -> usize {
@@ -183,18 +244,19 @@ mod tests {
                 }
                 largest = largest.max(size);
             }
-            let share = connected_share(&bricks);
+            let (firsts, masks): (Vec<[i32; 3]>, Vec<BrickMask>) = bricks.into_iter().unzip();
+            let share = BrickNeighbours::new(&firsts).connected_share(&masks);
             assert!((share - Real::from(largest) / nodes.len() as Real).abs() < 1e-12);
         }
-        assert_eq!(connected_share(&[]), 1.0);
+        assert_eq!(BrickNeighbours::new(&[]).connected_share(&[]), 1.0);
 
         // Two slabs two nodes apart: a seed in one reaches half of them.
         let slab = |x: usize| std::array::from_fn(|w| if w == x { !0 } else { 0 });
-        let bricks: Vec<([i32; 3], BrickMask)> = vec![([0; 3], slab(0)), ([8, 0, 0], slab(1))];
-        assert_eq!(
-            reached_share(&bricks, |b| if b == 1 { slab(1) } else { [0; 8] }),
-            0.5
-        );
-        assert_eq!(reached_share(&bricks, |_| [0; 8]), 0.0);
+        let neighbours = BrickNeighbours::new(&[[0; 3], [8, 0, 0]]);
+        let masks = [slab(0), slab(1)];
+        let seeds = [[0; 8], slab(1)];
+        assert_eq!(neighbours.reached(&masks, Some(&seeds)), seeds);
+        assert_eq!(neighbours.reached(&masks, Some(&[[0; 8]; 2])), [[0; 8]; 2]);
+        assert_eq!(neighbours.reached(&masks, None), [slab(0), [0; 8]]);
     }
 }

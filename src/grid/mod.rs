@@ -2,11 +2,12 @@
 
 mod brick;
 mod connected;
+mod grow;
 mod near;
 mod points;
 pub mod vdb;
 
 pub use brick::{BRICK, BrickGrid};
-pub use connected::{BrickMask, connected_share, reached_share};
+pub use connected::{BrickMask, BrickNeighbours, count};
 pub use near::{NearPoints, PlaceSums, kernel, kernel_slope};
 pub use points::PointBricks;

@@ -47,8 +47,12 @@ impl Lattice {
     pub fn position(&self, index: usize) -> Vec3 {
         let z = index % self.count[2];
         let xy = index / self.count[2];
-        let node = [xy / self.count[1], xy % self.count[1], z];
-        self.origin + Vec3::from(node.map(|n| n as Real)) * self.step
+        self.at([xy / self.count[1], xy % self.count[1], z])
+    }
+
+    /// Position of the node at a place [m].
+    pub fn at(&self, place: [usize; 3]) -> Vec3 {
+        self.origin + Vec3::from(place.map(|n| n as Real)) * self.step
     }
 }
 

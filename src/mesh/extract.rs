@@ -3,7 +3,10 @@
 //! Each lattice cell that the surface passes through gets one vertex; each lattice edge that the surface cuts gets
 //! a quad between the four cells around it. That is a manifold exactly when no cell holds two separate pieces of
 //! surface, so such cells are filled first: the inside then is well composed [Latecki95].
+//!
+//! Of a node that the surface does not pass only its side is kept, as one bit; numbers are kept near the surface.
 
+use super::bits::{BitRows, bits_of};
 use super::{Lattice, TriMesh};
 use crate::math::{Aabb, Real, Vec3};
 use rayon::prelude::*;
@@ -17,82 +20,68 @@ pub fn surface_nets(bounds: &Aabb, step: Real, distance: impl Fn(&Vec3) -> Real 
         step,
         count: std::array::from_fn(|axis| (bounds.extent()[axis] / step).ceil() as usize + 3),
     };
-    let mut values: Vec<Real> = (0..lattice.len())
-        .into_par_iter()
-        .map(|index| distance(&lattice.position(index)))
-        .collect();
-    let nodes = Nodes(lattice.count);
-    for index in 0..values.len() {
-        if nodes.on_rim(index) {
-            values[index] = values[index].max(0.01 * step);
+    let on_rim =
+        |place: [usize; 3]| (0..3).any(|a| place[a] == 0 || place[a] + 1 == lattice.count[a]);
+    let mut inside = BitRows::new(lattice.count, |place| {
+        !on_rim(place) && distance(&lattice.at(place)) < 0.0
+    });
+    while fill_critical_cells(&mut inside, on_rim) {}
+
+    let cells = inside.mixed();
+    let near = cells.corners();
+    // What was filled is just inside, and what the rim closes just outside.
+    let values = near.map(|place| {
+        let told = distance(&lattice.at(place));
+        match (inside.get(place), told < 0.0) {
+            (true, false) => -0.01 * step,
+            (false, true) => 0.01 * step,
+            _ => told,
         }
-    }
-    fill_critical_cells(&nodes, &mut values, step);
-    let mut mesh = net(&lattice, &nodes, &values);
+    });
+    let value = |place: [usize; 3]| values[near.rank(place)];
+    let mut mesh = TriMesh {
+        positions: cells.map(|cell| middle(cell, &lattice, &inside, value)),
+        ..TriMesh::default()
+    };
+    mesh.triangles = (0..inside.rows())
+        .into_par_iter()
+        .map(|row| quads_of_row(near.row(row), &inside, &cells, &mesh.positions))
+        .flatten_iter()
+        .collect();
     settle(&mut mesh, step, distance);
     mesh
 }
 
-/// Index arithmetic of a lattice.
-struct Nodes([usize; 3]);
-
-impl Nodes {
-    fn stride(&self, axis: usize) -> usize {
-        [self.0[1] * self.0[2], self.0[2], 1][axis]
-    }
-
-    fn place(&self, index: usize) -> [usize; 3] {
-        let xy = index / self.0[2];
-        [xy / self.0[1], xy % self.0[1], index % self.0[2]]
-    }
-
-    fn on_rim(&self, index: usize) -> bool {
-        let place = self.place(index);
-        (0..3).any(|axis| place[axis] == 0 || place[axis] + 1 == self.0[axis])
-    }
-
-    /// The eight nodes of the cell above `index`; bit 0 of the corner is x, bit 1 y, bit 2 z.
-    fn corners(&self, index: usize) -> [usize; 8] {
-        std::array::from_fn(|c| {
-            index + (0..3).map(|a| (c >> a & 1) * self.stride(a)).sum::<usize>()
-        })
-    }
-
-    fn is_cell(&self, index: usize) -> bool {
-        let place = self.place(index);
-        (0..3).all(|axis| place[axis] + 1 < self.0[axis])
-    }
+/// Corner `c` of the cell above `place`: bit 0 is x, bit 1 y, bit 2 z.
+fn corner(place: [usize; 3], c: usize) -> [usize; 3] {
+    std::array::from_fn(|axis| place[axis] + (c >> axis & 1))
 }
 
 /// Makes a node inside wherever a face of a cell is a checkerboard, or only two opposite corners of a cell differ
-/// from the rest. The inside only grows, so this ends.
-fn fill_critical_cells(nodes: &Nodes, values: &mut [Real], step: Real) {
-    loop {
-        let mut filled = false;
-        for index in 0..values.len() {
-            if !nodes.is_cell(index) {
-                continue;
-            }
-            let corners = nodes.corners(index);
-            let inside = |c: usize, values: &[Real]| values[corners[c]] < 0.0;
-            let code = (0..8).fold(0_u8, |code, c| code | u8::from(inside(c, values)) << c);
-            if let Some(corner) = critical_corner(code) {
+/// from the rest; says whether there was one. The inside only grows, so this ends.
+fn fill_critical_cells(inside: &mut BitRows, on_rim: impl Fn([usize; 3]) -> bool) -> bool {
+    let mut filled = false;
+    for row in 0..inside.rows() {
+        for word in 0..inside.words() {
+            for bit in bits_of(inside.mixed_word(row, word)) {
+                let cell = inside.place(row, word * 64 + bit);
+                let code = (0..8).fold(0_u8, |code, c| {
+                    code | u8::from(inside.get(corner(cell, c))) << c
+                });
+                let Some(first) = critical_corner(code) else {
+                    continue;
+                };
                 // The rim stays outside; a critical cell there has another outside corner off the rim.
-                let candidates = (0..8).map(|s| (corner + s) % 8);
-                let outside = candidates
-                    .filter(|&c| code >> c & 1 == 0 && !nodes.on_rim(corners[c]))
-                    .map(|c| corners[c])
-                    .next();
-                if let Some(node) = outside {
-                    values[node] = -0.01 * step;
+                let mut candidates = (0..8).map(|s| (first + s) % 8);
+                let outside = candidates.find(|&c| code >> c & 1 == 0 && !on_rim(corner(cell, c)));
+                if let Some(c) = outside {
+                    inside.set(corner(cell, c));
                     filled = true;
                 }
             }
         }
-        if !filled {
-            return;
-        }
     }
+    filled
 }
 
 /// A corner to fill if the cell's surface would not be one piece.
@@ -113,55 +102,58 @@ fn critical_corner(code: u8) -> Option<usize> {
     (opposite && alone.count_ones() == 2).then(|| (0..8).find(|&c| !inside(c)).unwrap_or(0))
 }
 
-fn net(lattice: &Lattice, nodes: &Nodes, values: &[Real]) -> TriMesh {
-    let mut mesh = TriMesh::default();
-    let mut vertex_of_cell = vec![u32::MAX; values.len()];
-    for index in 0..values.len() {
-        if !nodes.is_cell(index) {
-            continue;
-        }
-        let corners = nodes.corners(index);
-        let mut sum = Vec3::zeros();
-        let mut count = 0.0;
-        for c in 0..8 {
-            for axis in 0..3 {
-                let (a, b) = (corners[c], corners[c | 1 << axis]);
-                if c >> axis & 1 == 0 && (values[a] < 0.0) != (values[b] < 0.0) {
-                    let t = values[a] / (values[a] - values[b]);
-                    sum += lattice.position(a).lerp(&lattice.position(b), t);
-                    count += 1.0;
-                }
+/// The mean of the points where the surface cuts the edges of a cell.
+fn middle(
+    cell: [usize; 3],
+    lattice: &Lattice,
+    inside: &BitRows,
+    value: impl Fn([usize; 3]) -> Real,
+) -> Vec3 {
+    let mut sum = Vec3::zeros();
+    let mut count = 0.0;
+    for c in 0..8 {
+        for axis in 0..3 {
+            let (a, b) = (corner(cell, c), corner(cell, c | 1 << axis));
+            if c >> axis & 1 == 0 && inside.get(a) != inside.get(b) {
+                let t = value(a) / (value(a) - value(b));
+                sum += lattice.at(a).lerp(&lattice.at(b), t);
+                count += 1.0;
             }
-        }
-        if count > 0.0 {
-            vertex_of_cell[index] = mesh.positions.len() as u32;
-            mesh.positions.push(sum / count);
         }
     }
-    for index in 0..values.len() {
-        let place = nodes.place(index);
+    sum / count
+}
+
+/// Two triangles for each edge that the surface cuts and that begins at one of `nodes`.
+fn quads_of_row(
+    nodes: impl Iterator<Item = [usize; 3]>,
+    inside: &BitRows,
+    cells: &BitRows,
+    positions: &[Vec3],
+) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    // The rim is outside, so such an edge has cells all round.
+    for place in nodes {
         for axis in 0..3 {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            if place[axis] + 1 >= nodes.0[axis] || place[u] == 0 || place[v] == 0 {
+            let mut next = place;
+            next[axis] += 1;
+            if next[axis] == inside.count[axis] || inside.get(place) == inside.get(next) {
                 continue;
             }
-            let (a, b) = (
-                values[index] < 0.0,
-                values[index + nodes.stride(axis)] < 0.0,
-            );
-            if a == b {
-                continue;
-            }
-            let (du, dv) = (nodes.stride(u), nodes.stride(v));
-            let mut quad =
-                [index - du - dv, index - dv, index, index - du].map(|cell| vertex_of_cell[cell]);
-            if b {
+            let back = |u: usize, v: usize| {
+                let mut cell = place;
+                cell[(axis + 1) % 3] -= u;
+                cell[(axis + 2) % 3] -= v;
+                cells.rank(cell) as u32
+            };
+            let mut quad = [back(1, 1), back(0, 1), back(0, 0), back(1, 0)];
+            if inside.get(next) {
                 quad.reverse();
             }
-            mesh.triangles.extend(split(&mesh.positions, quad));
+            triangles.extend(split(positions, quad));
         }
     }
-    mesh
+    triangles
 }
 
 /// Cuts a quad along its shorter diagonal.

@@ -1,5 +1,6 @@
 //! Triangle meshes: OBJ in and out, inspection, signed distance, inside by columns, surface of a distance field.
 
+mod bits;
 mod columns;
 mod crossing;
 mod decimal;

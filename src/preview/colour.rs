@@ -1,4 +1,4 @@
-//! Colours: linear RGB inside, sRGB outside, and the map for the polymer fraction.
+//! Colours: linear RGB inside, sRGB outside, and the map for what the cement carries.
 
 use crate::math::{Real, Vec3};
 use std::sync::LazyLock;
@@ -37,7 +37,7 @@ fn linear(srgb: Real) -> Real {
 ///
 /// A helix in OKLab: lightness rises evenly while the hue turns evenly at one chroma. So equal steps of the fraction look
 /// equally large, it reads the same in grey and for the colour-blind, and no part of it is the colour of bone.
-pub fn polymer(fraction: Real) -> Colour {
+pub fn scale(fraction: Real) -> Colour {
     const CHROMA: Real = 0.104;
     let t = if fraction.is_nan() {
         0.0
@@ -91,14 +91,14 @@ mod tests {
     }
 
     #[test]
-    fn equal_steps_of_polymer_look_equal_even_to_the_colour_blind() {
+    fn equal_steps_of_the_scale_look_equal_even_to_the_colour_blind() {
         // Deuteranopia (Machado, Oliveira, Fernandes 2009), in linear RGB.
         let blind = crate::math::Mat3::new(
             0.367_322, 0.860_646, -0.227_968, 0.280_085, 0.672_501, 0.047_413, -0.011_820,
             0.042_940, 0.968_881,
         );
         let steps = 50;
-        let colour = |i: i32| polymer(f64::from(i) / f64::from(steps));
+        let colour = |i: i32| scale(f64::from(i) / f64::from(steps));
         let apart = |a: Colour, b: Colour| (to_oklab(&a) - to_oklab(&b)).norm();
         let mean = (0..steps)
             .map(|i| apart(colour(i), colour(i + 1)))

@@ -4,9 +4,11 @@
 //! over just as many pixels of the same surface removes the pattern.
 
 use super::{
-    geometry::{Geometry, NOTHING},
+    camera::View,
+    changes::Changes,
+    geometry::{Geometry, NOTHING, Surface},
     layers::Seen,
-    occlusion::Neighbourhood,
+    occlusion::{self, Neighbourhood},
     raster::Samples,
     shade::Exposure,
     shadow::Shadow,
@@ -18,12 +20,16 @@ use rayon::prelude::*;
 const TAPS: usize = 16;
 /// Side of the pattern of turned spirals [pixels].
 const TILE: usize = 4;
+/// Farthest pixel, along a row or column, that an exposure is averaged with.
+pub(super) const SPREAD: i64 = TILE as i64 - 2;
 /// Pixels belong to the same surface if their depths differ by less, in reaches of the occlusion.
 const SAME: Real = 0.3;
 
 /// Exposure pixel by pixel, and how far away the surface is that it belongs to.
 pub(super) struct Exposures {
-    /// Shares of sky and key lamp.
+    /// Shares of sky and key lamp, as each pixel's own spiral found them.
+    raw: Vec<[f32; 2]>,
+    /// The same, averaged.
     shares: Vec<[f32; 2]>,
     depth: Vec<f32>,
     width: usize,
@@ -38,43 +44,107 @@ pub(super) fn measure(
     visible: &[Seen],
     shadow: Option<&Shadow>,
 ) -> Exposures {
-    let (view, count) = (&geometry.view, samples.count());
-    let depth: Vec<f32> = visible.iter().step_by(count).map(|s| s.depth).collect();
-    let around = Neighbourhood::new(view, samples.offset[0], &depth);
-    let spirals = spirals();
-    let raw: Vec<[f32; 2]> = (0..view.width * view.height)
+    let view = &geometry.view;
+    let everywhere = Exposures {
+        raw: vec![[1.0; 2]; view.width * view.height],
+        shares: vec![[1.0; 2]; view.width * view.height],
+        width: view.width,
+        same: SAME * occlusion::reach(view) / view.focal,
+        depth: Vec::new(),
+    };
+    let all = vec![true; view.width * view.height];
+    everywhere.again(&all, geometry, samples, visible, shadow)
+}
+
+/// What the first sample of a pixel sees.
+fn first_surface(
+    geometry: &Geometry,
+    samples: &Samples,
+    visible: &[Seen],
+    pixel: usize,
+) -> Option<Surface> {
+    let number = visible[pixel * samples.count()].number;
+    let (column, row) = (pixel % geometry.view.width, pixel / geometry.view.width);
+    let [x, y] = samples.offset[0];
+    (number != NOTHING)
+        .then(|| geometry.surface(number, column as Real + x, row as Real + y))
+        .flatten()
+}
+
+/// Where in the lamp's view each pixel's surface is; not finite if the lamp does not see there.
+pub(super) fn lamp_places(
+    geometry: &Geometry,
+    samples: &Samples,
+    visible: &[Seen],
+    shadow: Option<&Shadow>,
+) -> Vec<[f32; 2]> {
+    (0..geometry.view.width * geometry.view.height)
         .into_par_iter()
         .map(|pixel| {
-            let number = visible[pixel * count].number;
-            let (column, row) = (pixel % view.width, pixel / view.width);
-            let [x, y] = samples.offset[0];
-            let at = [column as Real + x, row as Real + y];
-            let surface = (number != NOTHING)
-                .then(|| geometry.surface(number, at[0], at[1]))
-                .flatten();
-            surface.map_or([1.0; 2], |surface| {
-                let taps = &spirals[column % TILE + TILE * (row % TILE)];
-                let sky = around.open(pixel, &surface.normal, taps);
-                let key = shadow.map_or(1.0, |shadow| shadow.lit(&surface, taps));
-                [sky as f32, key as f32]
-            })
+            shadow
+                .zip(first_surface(geometry, samples, visible, pixel))
+                .map_or([f32::NAN; 2], |(shadow, surface)| shadow.place(&surface))
         })
-        .collect();
+        .collect()
+}
 
-    let mut exposures = Exposures {
-        shares: Vec::new(),
-        width: view.width,
-        same: SAME * around.reach() / view.focal,
-        depth,
-    };
-    exposures.shares = (0..raw.len())
-        .into_par_iter()
-        .map(|pixel| exposures.tile_mean(&raw, pixel))
-        .collect();
-    exposures
+/// How many pixels away something may hide sky.
+pub(super) fn sky_reach(view: &View) -> i64 {
+    occlusion::reach(view).ceil() as i64 + 2
 }
 
 impl Exposures {
+    /// With those pixels measured anew that are `touched`, after something has moved.
+    pub fn again(
+        &self,
+        touched: &[bool],
+        geometry: &Geometry,
+        samples: &Samples,
+        visible: &[Seen],
+        shadow: Option<&Shadow>,
+    ) -> Self {
+        let (view, count) = (&geometry.view, samples.count());
+        let depth: Vec<f32> = visible.iter().step_by(count).map(|s| s.depth).collect();
+        let spirals = spirals();
+        let around = Neighbourhood::new(view, samples.offset[0], &depth, &spirals);
+        let raw: Vec<[f32; 2]> = (0..touched.len())
+            .into_par_iter()
+            .map(|pixel| {
+                if !touched[pixel] {
+                    return self.raw[pixel];
+                }
+                let surface = first_surface(geometry, samples, visible, pixel);
+                surface.map_or([1.0; 2], |surface| {
+                    let (column, row) = (pixel % view.width, pixel / view.width);
+                    let pattern = column % TILE + TILE * (row % TILE);
+                    let sky = around.open(pixel, &surface.normal, pattern);
+                    let lit = |shadow: &Shadow| shadow.lit(&surface, &spirals[pattern]);
+                    let key = shadow.map_or(1.0, lit);
+                    [sky as f32, key as f32]
+                })
+            })
+            .collect();
+
+        let near = Changes::new(view.width, touched);
+        let mut again = Self {
+            raw,
+            shares: Vec::new(),
+            depth,
+            ..*self
+        };
+        again.shares = (0..touched.len())
+            .into_par_iter()
+            .map(|pixel| {
+                if near.near(pixel, SPREAD) {
+                    again.tile_mean(pixel)
+                } else {
+                    self.shares[pixel]
+                }
+            })
+            .collect();
+        again
+    }
+
     /// The exposure of a surface `depth` [m] away in a pixel: that of the neighbour that is most like it.
     pub fn at(&self, column: usize, row: usize, depth: Real) -> Exposure {
         let here = row * self.width + column;
@@ -98,8 +168,8 @@ impl Exposures {
     }
 
     /// Mean over the pixels around, as many as the pattern has, that see the same surface.
-    fn tile_mean(&self, raw: &[[f32; 2]], pixel: usize) -> [f32; 2] {
-        let (width, height) = (self.width, raw.len() / self.width);
+    fn tile_mean(&self, pixel: usize) -> [f32; 2] {
+        let (width, height) = (self.width, self.raw.len() / self.width);
         let (column, row) = (pixel % width, pixel / width);
         let here = self.depth[pixel];
         if !here.is_finite() {
@@ -111,8 +181,8 @@ impl Exposures {
             for c in column.saturating_sub(1)..(column + TILE - 1).min(width) {
                 let other = r * width + c;
                 if (self.depth[other] - here).abs() <= limit {
-                    sum[0] += raw[other][0];
-                    sum[1] += raw[other][1];
+                    sum[0] += self.raw[other][0];
+                    sum[1] += self.raw[other][1];
                     count += 1.0;
                 }
             }
@@ -143,7 +213,7 @@ fn spirals() -> Vec<[[Real; 2]; TAPS]> {
 mod tests {
     use super::*;
     use crate::math::Vec3;
-    use crate::preview::{Camera, Colour, Colours, Material, MeshLayer, Scene, layers};
+    use crate::preview::{Camera, Colour, Colours, Material, MeshLayer, layers};
 
     #[test]
     fn a_plain_floor_is_open_and_a_corner_darkens_towards_its_edge() {
@@ -163,26 +233,23 @@ mod tests {
         let positions = [floor, wall].concat();
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
         let open = |triangles: &[[u32; 3]]| {
-            let scene = Scene {
-                meshes: vec![MeshLayer {
-                    positions: &positions,
-                    triangles,
-                    normals: None,
-                    colours: Colours::Uniform(Colour::repeat(0.5)),
-                    material: Material::BONE,
-                    cut: None,
-                }],
-                camera: Camera {
-                    position: corner(0.0, -2.0, 2.0),
-                    target: Vec3::zeros(),
-                    up: Vec3::z(),
-                    field_of_view: 0.5,
-                },
-                ..Scene::default()
+            let meshes = [MeshLayer {
+                positions: &positions,
+                triangles,
+                normals: None,
+                colours: Colours::Uniform(Colour::repeat(0.5)),
+                material: Material::BONE,
+                cut: None,
+            }];
+            let camera = Camera {
+                position: corner(0.0, -2.0, 2.0),
+                target: Vec3::zeros(),
+                up: Vec3::z(),
+                field_of_view: 0.5,
             };
-            let geometry = Geometry::new(&scene, scene.camera.view(160, 160));
+            let geometry = Geometry::new(&meshes, &[], camera.view(160, 160));
             let samples = Samples::new(4);
-            let visible = layers::opaque(&geometry, &samples);
+            let visible = layers::opaque(&geometry, 0, &samples, None);
             let exposures = measure(&geometry, &samples, &visible, None);
             // The edge is in the middle row; rows below it look at the floor.
             [81, 84, 87, 120].map(|row| {

@@ -1,12 +1,13 @@
 //! The scene as the eye has it: everything in view space, every primitive with a number.
 
 use super::{
-    Colour, Colours, Material, MeshLayer, Scene, Sphere,
+    Colour, Colours, Material, MeshLayer, Sphere,
     camera::View,
     primitive::{Ball, Primitive, Triangle, Window},
 };
 use crate::math::{Real, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The number of no primitive.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -14,7 +15,7 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// A scene in view space. Numbers: triangles mesh by mesh, then spheres; caps of cut meshes count down from the end.
 pub(super) struct Geometry<'a> {
     pub view: View,
-    pub meshes: Vec<PlacedMesh<'a>>,
+    pub meshes: Vec<Arc<PlacedMesh<'a>>>,
     pub spheres: &'a [Sphere],
     /// Number of the first sphere.
     pub first_sphere: u32,
@@ -63,27 +64,42 @@ pub(super) struct Surface {
 }
 
 impl<'a> Geometry<'a> {
-    pub fn new(scene: &Scene<'a>, view: View) -> Self {
-        let mut meshes = Vec::with_capacity(scene.meshes.len());
-        let mut first = 0_u32;
-        for (i, layer) in scene.meshes.iter().enumerate() {
-            meshes.push(PlacedMesh {
+    pub fn new(meshes: &[MeshLayer<'a>], spheres: &'a [Sphere], view: View) -> Self {
+        let nothing = Self {
+            view,
+            meshes: Vec::new(),
+            spheres: &[],
+            first_sphere: 0,
+        };
+        nothing.with(meshes, spheres)
+    }
+
+    /// With further meshes, and with `spheres` for those that there are.
+    pub fn with<'b>(&self, further: &[MeshLayer<'b>], spheres: &'b [Sphere]) -> Geometry<'b>
+    where
+        'a: 'b,
+    {
+        let view = self.view.clone();
+        let mut meshes: Vec<Arc<PlacedMesh<'b>>> = self.meshes.clone();
+        let mut first = self.first_sphere;
+        for layer in further {
+            meshes.push(Arc::new(PlacedMesh {
                 layer: *layer,
                 first,
-                cap: NOTHING - 1 - i as u32,
+                cap: NOTHING - 1 - meshes.len() as u32,
                 cut: layer.cut.and_then(|cut| {
                     let normal = view.axes * cut.normal.try_normalize(1e-300)?;
                     let offset = normal.dot(&view.place(&cut.point));
                     Some(Plane { normal, offset })
                 }),
                 positions: layer.positions.par_iter().map(|p| view.place(p)).collect(),
-            });
+            }));
             first += layer.triangles.len() as u32;
         }
-        Self {
+        Geometry {
             view,
             meshes,
-            spheres: scene.spheres,
+            spheres,
             first_sphere: first,
         }
     }

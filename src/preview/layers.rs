@@ -5,16 +5,13 @@ use super::{
     colour::to_srgb,
     exposure::Exposures,
     geometry::{Geometry, NOTHING, Surface},
+    panes::{PANES, Panes},
     primitive::Triangle,
     raster::{BAND_ROWS, Band, Samples, bin, cover},
     shade::Rig,
 };
 use crate::math::Real;
-use image::RgbImage;
 use rayon::prelude::*;
-
-/// Panes of glass that one sample can tell apart; those farther away are left out, which keeps lattices readable.
-const PANES: usize = 3;
 
 /// Set in a triangle's number where its inside faces the eye.
 const INSIDE: u32 = 1 << 31;
@@ -42,17 +39,26 @@ impl Seen {
     }
 }
 
-/// What is seen of everything opaque, sample by sample, pixel by pixel.
-pub(super) fn opaque(geometry: &Geometry, samples: &Samples) -> Vec<Seen> {
+/// What is seen of everything opaque, sample by sample, pixel by pixel: of meshes from `first` on and spheres, before
+/// what was seen already.
+pub(super) fn opaque(
+    geometry: &Geometry,
+    first: usize,
+    samples: &Samples,
+    before: Option<&[Seen]>,
+) -> Vec<Seen> {
     let view = &geometry.view;
-    let meshes: Vec<_> = (0..geometry.meshes.len())
+    let meshes: Vec<_> = (first..geometry.meshes.len())
         .filter(|&m| matches!(geometry.meshes[m].layer.material, Material::Opaque { .. }))
         .map(|m| Binned::new(geometry, m))
         .collect();
     let ball_windows = geometry.ball_windows();
     let ball_bins = bin(&ball_windows, view);
 
-    let mut visible = vec![Seen::NOTHING; view.width * view.height * samples.count()];
+    let mut visible = match before {
+        Some(before) => before.to_vec(),
+        None => vec![Seen::NOTHING; view.width * view.height * samples.count()],
+    };
     visible
         .par_chunks_mut(BAND_ROWS * view.width * samples.count())
         .enumerate()
@@ -77,41 +83,37 @@ pub(super) fn opaque(geometry: &Geometry, samples: &Samples) -> Vec<Seen> {
     visible
 }
 
-/// Lights what is seen, lays the glass over it and averages the samples of each pixel.
+/// Lights what is seen, lays the glass over it and averages the samples of each pixel: three bytes each.
+///
+/// With `before`, only those pixels that it says; the others keep their bytes.
 pub(super) fn shade(
     geometry: &Geometry,
     samples: &Samples,
     visible: &[Seen],
     exposures: &Exposures,
+    panes: &Panes,
     background: Background,
-) -> RgbImage {
+    before: Option<(&[u8], &[bool])>,
+) -> Vec<u8> {
     let (view, count) = (&geometry.view, samples.count());
     let (rig, wall) = (Rig::new(view), background.wall());
-    let glass: Vec<_> = (0..geometry.meshes.len())
-        .filter(|&m| matches!(geometry.meshes[m].layer.material, Material::Glass { .. }))
-        .map(|m| Binned::new(geometry, m))
-        .collect();
-
-    let mut bytes = vec![0_u8; view.width * view.height * 3];
+    let mut bytes = match before {
+        Some((before, _)) => before.to_vec(),
+        None => vec![0_u8; view.width * view.height * 3],
+    };
     bytes
         .par_chunks_mut(BAND_ROWS * view.width * 3)
         .enumerate()
         .for_each(|(index, bytes)| {
             let band = Band::new(index, view);
-            let first = band.top * band.width * count;
-            let visible = &visible[first..first + band.pixels() * count];
-            let mut panes = Vec::new();
-            if glass.iter().any(|mesh| !mesh.bins[index].is_empty()) {
-                panes = vec![[Seen::NOTHING; PANES]; visible.len()];
-                for mesh in &glass {
-                    mesh.glass(geometry, &band, index, samples, visible, &mut panes);
-                }
-            }
-
+            let first = band.top * band.width;
             for pixel in 0..band.pixels() {
+                if before.is_some_and(|(_, redrawn)| !redrawn[first + pixel]) {
+                    continue;
+                }
                 let (column, row) = (pixel % band.width, pixel / band.width + band.top);
                 let corner = [column as Real, row as Real];
-                let seen = &visible[pixel * count..(pixel + 1) * count];
+                let seen = &visible[(first + pixel) * count..(first + pixel + 1) * count];
                 let behind = wall.at(
                     (2.0 * corner[0] + 1.0) / view.width as Real - 1.0,
                     1.0 - (2.0 * corner[1] + 1.0) / view.height as Real,
@@ -130,30 +132,36 @@ pub(super) fn shade(
                         }
                     },
                 );
-                if !panes.is_empty() {
-                    let panes = &panes[pixel * count..(pixel + 1) * count];
-                    for pane in (0..PANES).rev() {
-                        for_each_surface(
-                            geometry,
-                            samples,
-                            corner,
-                            |s| panes[s][pane].number,
-                            |surface, members| {
-                                let (lit, opacity) = rig.glass(surface);
-                                for s in members {
-                                    colours[s] = colours[s] * (1.0 - opacity) + lit;
-                                }
-                            },
-                        );
+                let mut before_it = [[NOTHING; 16]; PANES];
+                let mut deepest = 0;
+                for (s, seen) in seen.iter().enumerate() {
+                    let all = panes.of(index, pixel * count + s).iter();
+                    let in_front = all.take_while(|pane| pane.depth < seen.depth);
+                    for (k, pane) in in_front.enumerate() {
+                        before_it[k][s] = pane.number;
+                        deepest = deepest.max(k + 1);
                     }
+                }
+                for pane in before_it[..deepest].iter().rev() {
+                    for_each_surface(
+                        geometry,
+                        samples,
+                        corner,
+                        |s| pane[s],
+                        |surface, members| {
+                            let (lit, opacity) = rig.glass(surface);
+                            for s in members {
+                                colours[s] = colours[s] * (1.0 - opacity) + lit;
+                            }
+                        },
+                    );
                 }
 
                 let sum: Colour = colours[..count].iter().sum();
                 bytes[3 * pixel..3 * pixel + 3].copy_from_slice(&to_srgb(&(sum / count as Real)));
             }
         });
-    RgbImage::from_raw(view.width as u32, view.height as u32, bytes)
-        .expect("three bytes a pixel were made")
+    bytes
 }
 
 /// Calls `visit` once for every primitive that the samples of a pixel see, at the middle of those that see it.
@@ -189,14 +197,14 @@ fn for_each_surface(
 }
 
 /// A mesh with its triangles sorted into bands.
-struct Binned {
+pub(super) struct Binned {
     mesh: usize,
     windows: Vec<Option<super::primitive::Window>>,
     bins: Vec<Vec<u32>>,
 }
 
 impl Binned {
-    fn new(geometry: &Geometry, mesh: usize) -> Self {
+    pub fn new(geometry: &Geometry, mesh: usize) -> Self {
         let windows = geometry.meshes[mesh].windows(&geometry.view);
         let bins = bin(&windows, &geometry.view);
         Self {
@@ -204,6 +212,11 @@ impl Binned {
             windows,
             bins,
         }
+    }
+
+    /// Whether it does not reach into a band.
+    pub fn is_empty_in(&self, band: usize) -> bool {
+        self.bins[band].is_empty()
     }
 
     /// Calls `visit` with triangle number, whether it is a front, and sample, for all that `cut` leaves.
@@ -278,19 +291,18 @@ impl Binned {
         }
     }
 
-    /// Keeps the nearest panes in order, of what is in front of everything opaque.
-    fn glass(
+    /// Keeps the nearest panes in order.
+    pub fn glass(
         &self,
         geometry: &Geometry,
         band: &Band,
         index: usize,
         samples: &Samples,
-        visible: &[Seen],
         panes: &mut [[Seen; PANES]],
     ) {
         let first = geometry.meshes[self.mesh].first;
         self.cover(geometry, band, index, samples, |i, front, sample, depth| {
-            if front && depth < visible[sample].depth {
+            if front {
                 let mut moving = Seen {
                     depth,
                     number: first + i,

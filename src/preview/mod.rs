@@ -1,9 +1,12 @@
 //! Camera, rasteriser, shading: pictures without a GPU.
 //!
-//! A picture is made in the order of [`render`]: which surface every sample sees, how much sky and lamp
-//! reaches it, then light, glass and lettering. Nothing depends on the number of threads.
+//! A picture is made in the order of [`Backdrop::draw`]: which surface every sample sees, how much sky and lamp
+//! reaches it, then light, glass and lettering. Nothing depends on the number of threads. In a sequence of pictures what
+//! stands still is drawn once.
 
+mod backdrop;
 mod camera;
+mod changes;
 pub mod colour;
 mod compare;
 mod exposure;
@@ -11,6 +14,7 @@ mod geometry;
 mod layers;
 mod occlusion;
 mod overlay;
+mod panes;
 mod primitive;
 mod raster;
 mod settings;
@@ -18,12 +22,13 @@ mod shade;
 mod shadow;
 mod sheet;
 
+pub use backdrop::Backdrop;
 pub use camera::Camera;
 pub use colour::Colour;
 pub use compare::{Comparison, compare, side_by_side};
-pub use overlay::Legend;
+pub use overlay::{Legend, Lettering};
 pub use settings::{Background, PictureSettings};
-pub use sheet::{FELL_OVER, Row, WELL, animation, contact_sheet, shrunk};
+pub use sheet::{FELL_OVER, LEAKED, Row, WELL, animation, contact_sheet, shrunk};
 
 use crate::math::{Real, Vec3};
 use image::RgbImage;
@@ -37,12 +42,8 @@ pub struct Scene<'a> {
     pub spheres: &'a [Sphere],
     /// The eye.
     pub camera: Camera,
-    /// A line of text at the top left, for example the time.
-    pub label: Option<String>,
-    /// The key to the colours, at the right.
-    pub legend: Option<Legend>,
-    /// Whether to draw a bar of a rounded length, true at the distance of the camera's target.
-    pub scale_bar: bool,
+    /// What is written over it.
+    pub lettering: Lettering,
 }
 
 /// One surface. Triangles that are degenerate, not finite or refer to missing vertices are left out.
@@ -127,22 +128,12 @@ pub fn render(scene: &Scene, settings: &PictureSettings) -> RgbImage {
     if settings.width == 0 || settings.height == 0 {
         return RgbImage::new(settings.width, settings.height);
     }
-    let view = scene.camera.view(settings.width, settings.height);
-    let geometry = geometry::Geometry::new(scene, view);
-    let samples = raster::Samples::new(settings.samples);
-
-    let visible = layers::opaque(&geometry, &samples);
-    let shadow = shadow::Shadow::new(scene, &geometry.view);
-    let exposures = exposure::measure(&geometry, &samples, &visible, shadow.as_ref());
-    let mut image = layers::shade(
-        &geometry,
-        &samples,
-        &visible,
-        &exposures,
-        settings.background,
-    );
-    overlay::draw(&mut image, scene, &geometry.view, settings.background);
-    image
+    let lit = shadow::bounds(&scene.meshes, scene.spheres);
+    Backdrop::new(&[], &scene.camera, &lit, settings).draw(
+        &scene.meshes,
+        scene.spheres,
+        &scene.lettering,
+    )
 }
 
 #[cfg(test)]

@@ -1,9 +1,20 @@
 //! What is written over a picture: a label, a key to the colours, a bar that shows the size.
 
-use super::{Background, Colour, Scene, camera::View, colour::to_srgb};
+use super::{Background, Colour, camera::View, colour::to_srgb};
 use crate::ink::{Pen, blend};
 use crate::math::Real;
 use image::RgbImage;
+
+/// What is written over a picture.
+#[derive(Clone, Debug, Default)]
+pub struct Lettering {
+    /// A line of text at the top left, for example the time.
+    pub label: Option<String>,
+    /// The key to the colours, at the right.
+    pub legend: Option<Legend>,
+    /// Whether to draw a bar of a rounded length, true at the distance of the camera's target.
+    pub scale_bar: bool,
+}
 
 /// A key to the colours.
 #[derive(Clone, Debug)]
@@ -18,7 +29,12 @@ pub struct Legend {
     pub map: fn(Real) -> Colour,
 }
 
-pub(super) fn draw(image: &mut RgbImage, scene: &Scene, view: &View, background: Background) {
+pub(super) fn draw(
+    image: &mut RgbImage,
+    lettering: &Lettering,
+    view: &View,
+    background: Background,
+) {
     let shorter = Real::from(image.width().min(image.height()));
     let (ink, halo) = background.ink();
     let pen = Pen {
@@ -26,17 +42,17 @@ pub(super) fn draw(image: &mut RgbImage, scene: &Scene, view: &View, background:
         ink,
         halo,
     };
-    if let Some(label) = &scene.label {
+    if let Some(label) = &lettering.label {
         let large = Pen {
             size: 1.35 * pen.size,
             ..pen
         };
         large.write(image, label, 2.0 * pen.size, 3.2 * pen.size);
     }
-    if let Some(legend) = &scene.legend {
+    if let Some(legend) = &lettering.legend {
         draw_legend(image, legend, &pen);
     }
-    if scene.scale_bar {
+    if lettering.scale_bar {
         draw_scale_bar(image, view, &pen);
     }
 }

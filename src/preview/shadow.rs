@@ -4,8 +4,9 @@
 //! surface's tangent plane: the share that is not nearer to the lamp is lit, which softens the edge.
 
 use super::{
-    Camera, Scene,
+    Camera, MeshLayer, Sphere,
     camera::View,
+    changes::Changes,
     geometry::{Geometry, Surface},
     layers::{self, Seen},
     raster::Samples,
@@ -33,9 +34,8 @@ pub(super) struct Shadow {
 }
 
 impl Shadow {
-    /// Looks from the lamp; none if there is nothing that could be lit.
-    pub fn new(scene: &Scene, view: &View) -> Option<Self> {
-        let bounds = bounds(scene);
+    /// Looks from the lamp at all of `bounds`; none if they hold nothing that could be lit.
+    pub fn new(meshes: &[MeshLayer], bounds: &Aabb, view: &View) -> Option<Self> {
         let radius = 0.5 * bounds.extent().norm();
         if !(radius > 0.0 && radius.is_finite()) {
             return None;
@@ -49,13 +49,47 @@ impl Shadow {
         };
         let side = (view.width.min(view.height) as u32 * 3 / 2).clamp(64, LARGEST);
         let lamp = camera.view(side, side);
-        let geometry = Geometry::new(scene, lamp.clone());
+        let geometry = Geometry::new(meshes, &[], lamp.clone());
         Some(Self {
             turn: lamp.axes * view.axes.transpose(),
             shift: lamp.place(&view.eye),
-            seen: layers::opaque(&geometry, &Samples::new(1)),
+            seen: layers::opaque(&geometry, 0, &Samples::new(1), None),
             lamp,
         })
+    }
+
+    /// With more before the lamp, and where in its view that changes something.
+    pub fn with(&self, meshes: &[MeshLayer], spheres: &[Sphere]) -> (Self, Changes) {
+        let lamp = self.lamp.clone();
+        let geometry = Geometry::new(meshes, spheres, lamp.clone());
+        let seen = layers::opaque(&geometry, 0, &Samples::new(1), Some(&self.seen));
+        let changed: Vec<bool> = seen
+            .par_iter()
+            .zip(&self.seen)
+            .map(|(now, before)| now.depth.to_bits() != before.depth.to_bits())
+            .collect();
+        let changes = Changes::new(lamp.width, &changed);
+        let with = Self {
+            lamp,
+            seen,
+            ..*self
+        };
+        (with, changes)
+    }
+
+    /// How far around the place of a surface it looks [pixels of the lamp's view].
+    pub fn reach(&self) -> Real {
+        SOFTNESS * self.lamp.width as Real
+    }
+
+    /// Where in the lamp's view a surface is; not finite if it is behind.
+    pub fn place(&self, surface: &Surface) -> [f32; 2] {
+        let point = self.turn * surface.position + self.shift;
+        if point.z > self.lamp.near {
+            self.lamp.project(&point).map(|v| v as f32)
+        } else {
+            [f32::NAN; 2]
+        }
     }
 
     /// Share of the key lamp [1] that reaches `surface`, asked at `taps` in the unit disc.
@@ -70,14 +104,16 @@ impl Shadow {
             return 1.0;
         }
         let [x, y] = lamp.project(&point);
-        let disc = SOFTNESS * lamp.width as Real;
+        let disc = self.reach();
         let bias = BIAS * point.z / lamp.focal;
         let mut shaded = 0.0;
         for tap in taps {
-            let (c, r) = ((x + disc * tap[0]).floor(), (y + disc * tap[1]).floor());
+            let (c, r) = (x + disc * tap[0], y + disc * tap[1]);
             if c >= 0.0 && r >= 0.0 && c < lamp.width as Real && r < lamp.height as Real {
+                let (c, r) = (c as u32, r as u32);
                 let there = self.seen[r as usize * lamp.width + c as usize].depth;
-                let plane = normal.dot(&point) / normal.dot(&lamp.ray(c + 0.5, r + 0.5));
+                let ray = lamp.ray(Real::from(c) + 0.5, Real::from(r) + 0.5);
+                let plane = normal.dot(&point) / normal.dot(&ray);
                 shaded += Real::from(u8::from(Real::from(there) < plane - bias));
             }
         }
@@ -85,7 +121,8 @@ impl Shadow {
     }
 }
 
-fn bounds(scene: &Scene) -> Aabb {
+/// Bounds of all that is finite.
+pub(super) fn bounds(meshes: &[MeshLayer], spheres: &[Sphere]) -> Aabb {
     let include = |mut bounds: Aabb, point: &Vec3| {
         if point.iter().all(|v| v.is_finite()) {
             bounds.include(point);
@@ -93,7 +130,7 @@ fn bounds(scene: &Scene) -> Aabb {
         bounds
     };
     let mut bounds = Aabb::empty();
-    for mesh in &scene.meshes {
+    for mesh in meshes {
         let of_mesh = mesh
             .positions
             .par_iter()
@@ -101,7 +138,7 @@ fn bounds(scene: &Scene) -> Aabb {
             .reduce(Aabb::empty, |a, b| a.union(&b));
         bounds = bounds.union(&of_mesh);
     }
-    for sphere in scene.spheres {
+    for sphere in spheres {
         bounds = include(bounds, &sphere.centre);
         if sphere.radius.is_finite() && sphere.radius > 0.0 {
             bounds = include(bounds, &sphere.centre.add_scalar(sphere.radius));
@@ -114,7 +151,7 @@ fn bounds(scene: &Scene) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preview::{Colour, Colours, Material, MeshLayer};
+    use crate::preview::{Colour, Colours, Material};
 
     #[test]
     fn a_square_shades_exactly_what_is_behind_it_from_the_lamp() {
@@ -125,20 +162,16 @@ mod tests {
         let (height, half) = (0.02, 0.015);
         let positions = [square(0.1, 0.0), square(half, height)].concat();
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
-        let scene = Scene {
-            meshes: vec![MeshLayer {
-                positions: &positions,
-                triangles: &triangles,
-                normals: None,
-                colours: Colours::Uniform(Colour::repeat(0.5)),
-                material: Material::BONE,
-                cut: None,
-            }],
-            camera: Camera::fitting(&positions, 1.0, 0.4, 0.7, 0.5),
-            ..Scene::default()
-        };
-        let view = scene.camera.view(300, 300);
-        let shadow = Shadow::new(&scene, &view).unwrap();
+        let meshes = [MeshLayer {
+            positions: &positions,
+            triangles: &triangles,
+            normals: None,
+            colours: Colours::Uniform(Colour::repeat(0.5)),
+            material: Material::BONE,
+            cut: None,
+        }];
+        let view = Camera::fitting(&positions, 1.0, 0.4, 0.7, 0.5).view(300, 300);
+        let shadow = Shadow::new(&meshes, &bounds(&meshes, &[]), &view).unwrap();
         let shaded = |x: Real, y: Real| {
             let ground = Vec3::new(x, y, 0.0);
             let over = ground + (shadow.lamp.eye - ground) * (height / shadow.lamp.eye.z);

@@ -16,6 +16,8 @@ pub struct Row {
 
 /// sRGB of the frame around a picture of what went well.
 pub const WELL: [u8; 3] = [70, 140, 90];
+/// sRGB of the frame around the last picture of what ended with cement outside of the bone.
+pub const LEAKED: [u8; 3] = [222, 160, 40];
 /// sRGB of the frame around the last picture of what fell over.
 pub const FELL_OVER: [u8; 3] = [190, 60, 50];
 
@@ -88,7 +90,7 @@ pub fn shrunk(picture: &RgbImage, times: u32) -> RgbImage {
 }
 
 /// An animated PNG that plays for ever; all pictures of one size.
-pub fn animation(pictures: &[RgbImage], frames_per_second: Real) -> io::Result<Vec<u8>> {
+pub fn animation(pictures: &[&RgbImage], frames_per_second: Real) -> io::Result<Vec<u8>> {
     let Some(first) = pictures.first() else {
         return Err(io::Error::other("an animation of no pictures"));
     };
@@ -96,6 +98,7 @@ pub fn animation(pictures: &[RgbImage], frames_per_second: Real) -> io::Result<V
     let mut encoder = png::Encoder::new(&mut bytes, first.width(), first.height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
     encoder
         .set_animated(pictures.len() as u32, 0)
         .map_err(io::Error::other)?;
@@ -134,7 +137,7 @@ mod tests {
         let pictures: Vec<_> = (0..3)
             .map(|n| RgbImage::from_pixel(5, 4, Rgb([n * 40, 0, 9])))
             .collect();
-        let bytes = animation(&pictures, 8.0).unwrap();
+        let bytes = animation(&pictures.iter().collect::<Vec<_>>(), 8.0).unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(bytes))
             .read_info()
             .unwrap();

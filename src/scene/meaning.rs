@@ -2,7 +2,7 @@
 
 use super::Finding;
 use super::bone::{BoneFrame, VolumeMeaning};
-use super::show::BoneLook;
+use super::show::{BoneLook, Shows};
 use crate::bone::{BoneSettings, Channel};
 use crate::export::ExportSettings;
 use crate::math::{Real, Vec3};
@@ -145,6 +145,10 @@ pub struct View {
     pub cut_cement: bool,
     /// How the bone is shown.
     pub bone: BoneLook,
+    /// What the colours of the cement show.
+    pub colour: Shows,
+    /// Pictures of a turntable; 0: none.
+    pub turntable: u32,
 }
 
 /// A plane.

@@ -25,7 +25,7 @@ pub use probe::{FluxRecipe, PressureRecipe, ProbeRecipe, ProfileRecipe};
 pub use recipe::{
     Axis, Bonding, CementRecipe, Modulus, PhaseRecipe, Recipe, TimeOrNone, TimeStepRecipe,
 };
-pub use show::{BoneLook, PreviewRecipe, ViewRecipe};
+pub use show::{BoneLook, PreviewRecipe, Shows, ViewRecipe};
 
 use std::fs::File;
 use std::io::Read;

@@ -63,6 +63,12 @@ pub struct ViewRecipe {
     /// How the bone is shown.
     #[serde(default)]
     pub bone: BoneLook,
+    /// What the colours of the cement show.
+    #[serde(default)]
+    pub colour: Shows,
+    /// Pictures of the last frame from all around, in `preview/<name>.turntable.png`: 36 a good number, 0 none.
+    #[serde(default)]
+    pub turntable: u32,
 }
 
 impl Default for ViewRecipe {
@@ -76,6 +82,8 @@ impl Default for ViewRecipe {
             cut: None,
             cut_cement: false,
             bone: BoneLook::default(),
+            colour: Shows::default(),
+            turntable: 0,
         }
     }
 }
@@ -90,6 +98,21 @@ fn default_elevation() -> Angle {
 
 fn default_zoom() -> Real {
     1.0
+}
+
+/// What the colours of the cement show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Shows {
+    /// How much of it is polymer.
+    #[default]
+    Polymer,
+    /// Its pressure.
+    Pressure,
+    /// Its speed.
+    Speed,
+    /// Which millilitre it came with.
+    Age,
 }
 
 /// How the bone is shown.

@@ -31,4 +31,4 @@ pub use settings::{
 };
 pub use simulation::{Simulation, StepReport};
 pub use state::{InletProgress, Progress, State};
-pub use time_step::Limit;
+pub use time_step::{Limit, StepBound, bounds_at_start};

@@ -8,6 +8,7 @@ use crate::sph::{
     ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
     Source, solve_pressure,
 };
+use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;

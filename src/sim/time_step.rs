@@ -80,92 +80,140 @@ const MOST_STRAIN: Real = 0.5;
 
 /// The step [s], its limit, and how its stress is stepped (never `Auto`).
 pub fn choose(settings: &SimSettings, flow: &FlowMeasures) -> (Real, Limit, StressStep) {
-    let with = |stress| limited(settings, flow, stress);
-    let stress = match (settings.stress, settings.time_step) {
-        (StressStep::Auto, TimeStep::Adaptive { .. }) => {
-            explicit_if(with(StressStep::Explicit).0 >= with(StressStep::Coupled).0)
-        }
-        (StressStep::Auto, TimeStep::Fixed(dt)) => {
-            let adaptive = SimSettings {
-                time_step: TimeStep::Adaptive {
-                    min: 0.0,
-                    max: dt,
-                    cfl: Real::INFINITY,
+    let with = |coupled, stress| {
+        let (dt, limit) = shortest(settings, &bounds(settings, flow, coupled));
+        (dt, limit, stress)
+    };
+    match settings.stress {
+        StressStep::Explicit => with(false, StressStep::Explicit),
+        StressStep::Coupled => with(true, StressStep::Coupled),
+        StressStep::Auto => {
+            let bounds = bounds(settings, flow, true);
+            let (dt, limit) = shortest(settings, &bounds);
+            let binds = bounds.iter().any(|bound| bound.lifted && bound.dt < dt);
+            (
+                dt,
+                limit,
+                if binds {
+                    StressStep::Coupled
+                } else {
+                    StressStep::Explicit
                 },
-                ..settings.clone()
-            };
-            explicit_if(limited(&adaptive, flow, StressStep::Explicit).0 >= dt)
+            )
         }
-        (stress, _) => stress,
-    };
-    let (dt, limit) = with(stress);
-    (dt, limit, stress)
-}
-
-fn explicit_if(allowed: bool) -> StressStep {
-    if allowed {
-        StressStep::Explicit
-    } else {
-        StressStep::Coupled
     }
 }
 
-fn limited(settings: &SimSettings, flow: &FlowMeasures, stress: StressStep) -> (Real, Limit) {
-    let (min, max, cfl) = match settings.time_step {
+fn shortest(settings: &SimSettings, bounds: &[StepBound]) -> (Real, Limit) {
+    let (min, max) = match settings.time_step {
         TimeStep::Fixed(dt) => return (dt, Limit::Fixed),
-        TimeStep::Adaptive { min, max, cfl } => (min, max, cfl),
+        TimeStep::Adaptive { min, max, .. } => (min, max),
     };
-    let dx = settings.spacing;
     let mut best = (max, Limit::Largest);
-    let mut limit = |dt: Real, by: Limit| {
-        if dt < best.0 {
-            best = (dt, by);
-        }
-    };
-    limit(cfl * dx / flow.speed.max(1e-12), Limit::Cfl);
-    if settings.scheme != Scheme::Dfsph {
-        limit(
-            crate::fluid::transfer::most_diffusion_step(&settings.cement, dx),
-            Limit::Diffusion,
-        );
-    }
-    match stress {
-        StressStep::Coupled | StressStep::Auto => {
-            if settings.scheme == Scheme::ImmCt {
-                limit(MOST_STRAIN / flow.strain_rate.max(1e-12), Limit::Strain);
-            }
-        }
-        StressStep::Explicit => {
-            let acceleration = settings.gravity.norm();
-            limit(
-                0.25 * (dx / acceleration.max(1e-12)).sqrt(),
-                Limit::Acceleration,
-            );
-            // p dt²/(ρ dx²) < 0.6: beyond it pressure shakes a disordered packing apart.
-            limit(
-                0.7 * dx * (flow.density / flow.pressure.max(1e-12)).sqrt(),
-                Limit::Packing,
-            );
-            let rho = flow.density;
-            if settings.scheme == Scheme::ImmCt && settings.cement.relaxation_time > 0.0 {
-                let elastic = |dt: Real| {
-                    let lambda = settings.cement.relaxation_time;
-                    let polymer = flow.stiffness * lambda * libm::tanh(dt / (2.0 * lambda)) * 2.4;
-                    // The stabiliser takes up to a tenth of the viscous limit on top.
-                    let solvent =
-                        settings.cement.liquid.viscosity * 6.05 + 0.1 * rho * dx * dx / dt * 6.05;
-                    dt * (polymer + solvent) / (dx * dx) < 2.0 * rho
-                };
-                limit(0.5 * bisect(elastic, max), Limit::Elastic);
-            } else {
-                limit(
-                    0.12 * rho * dx * dx / flow.viscosity.max(1e-12),
-                    Limit::Viscous,
-                );
-            }
+    for bound in bounds {
+        if !bound.lifted && bound.dt < best.0 {
+            best = (bound.dt, bound.limit);
         }
     }
     (best.0.max(min), best.1)
+}
+
+/// What bounds the step, and how far.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StepBound {
+    /// By what.
+    pub limit: Limit,
+    /// The step [s].
+    pub dt: Real,
+    /// Whether a coupled step does not know it, and this one is coupled.
+    pub lifted: bool,
+}
+
+/// What bounds the first step of a run.
+pub fn bounds_at_start(settings: &SimSettings) -> Vec<StepBound> {
+    let cement = &settings.cement;
+    let bodies = settings.bodies.iter();
+    let inlets = settings.inlets.iter();
+    let fractions = bodies.clone().map(|body| body.polymer_fraction);
+    let fractions = fractions.chain(inlets.clone().map(|inlet| inlet.polymer_fraction));
+    let most = |of: &dyn Fn(Real) -> Real| fractions.clone().map(of).fold(0.0, Real::max);
+    let injected = inlets.map(|inlet| {
+        let radius = 0.5 * inlet.diameter;
+        inlet.flow_rate / (core::f64::consts::PI * radius * radius)
+    });
+    let flow = FlowMeasures {
+        speed: bodies
+            .map(|b| b.velocity.norm())
+            .chain(injected)
+            .fold(0.0, Real::max),
+        strain_rate: 0.0,
+        stiffness: most(&|alpha| cement.modulus(alpha)),
+        viscosity: most(&|alpha| cement.mixture_viscosity(alpha)),
+        density: fractions
+            .clone()
+            .map(|alpha| cement.density(alpha))
+            .fold(Real::INFINITY, Real::min),
+        pressure: 0.0,
+    };
+    let known = |bound: &StepBound| bound.dt < 1e3 && bound.dt.is_finite();
+    let coupled = settings.stress != StressStep::Explicit;
+    bounds(settings, &flow, coupled)
+        .into_iter()
+        .filter(known)
+        .collect()
+}
+
+/// Every bound, also those that a coupled step lifts.
+fn bounds(settings: &SimSettings, flow: &FlowMeasures, coupled: bool) -> Vec<StepBound> {
+    let (max, cfl) = match settings.time_step {
+        TimeStep::Fixed(dt) => (dt, 0.4),
+        TimeStep::Adaptive { max, cfl, .. } => (max, cfl),
+    };
+    let (dx, rho) = (settings.spacing, flow.density);
+    let cement = &settings.cement;
+    let elastic = settings.scheme == Scheme::ImmCt && cement.relaxation_time > 0.0;
+    let mut bounds = Vec::with_capacity(8);
+    let mut bound = |limit: Limit, dt: Real, lifted: bool| {
+        bounds.push(StepBound { limit, dt, lifted });
+    };
+    bound(Limit::Cfl, cfl * dx / flow.speed.max(1e-12), false);
+    if settings.scheme != Scheme::Dfsph {
+        bound(
+            Limit::Diffusion,
+            crate::fluid::transfer::most_diffusion_step(cement, dx),
+            false,
+        );
+    }
+    if coupled && settings.scheme == Scheme::ImmCt {
+        bound(
+            Limit::Strain,
+            MOST_STRAIN / flow.strain_rate.max(1e-12),
+            false,
+        );
+    }
+    let acceleration = settings.gravity.norm().max(1e-12);
+    bound(
+        Limit::Acceleration,
+        0.25 * (dx / acceleration).sqrt(),
+        coupled,
+    );
+    // p dt²/(ρ dx²) < 0.6: beyond it pressure shakes a disordered packing apart.
+    let packing = 0.7 * dx * (rho / flow.pressure.max(1e-12)).sqrt();
+    bound(Limit::Packing, packing, coupled);
+    if elastic {
+        let holds = |dt: Real| {
+            let lambda = cement.relaxation_time;
+            let polymer = flow.stiffness * lambda * libm::tanh(dt / (2.0 * lambda)) * 2.4;
+            // The stabiliser takes up to a tenth of the viscous limit on top.
+            let solvent = cement.liquid.viscosity * 6.05 + 0.1 * rho * dx * dx / dt * 6.05;
+            dt * (polymer + solvent) / (dx * dx) < 2.0 * rho
+        };
+        bound(Limit::Elastic, 0.5 * bisect(holds, 2.0 * max), coupled);
+    } else {
+        let viscous = 0.12 * rho * dx * dx / flow.viscosity.max(1e-12);
+        bound(Limit::Viscous, viscous, coupled);
+    }
+    bounds
 }
 
 /// Largest dt in (0, max] with `holds(dt)`, for a bound that is monotone.

@@ -3,7 +3,7 @@
 //! φ is a distance, so it cannot change faster than the way to a point is long: a block of voxels whose centre is far
 //! enough from the surface is passed over without a look inside. What is visited grows with the surface.
 
-use super::Solid;
+use super::{Shape, Solid};
 use crate::math::{Aabb, Real, Vec3};
 use crate::sph::WallParticles;
 use rayon::prelude::*;
@@ -23,6 +23,7 @@ const LEAST: Real = 0.02;
 pub fn wall_particles(solid: &Solid, region: &Aabb, spacing: Real, depth: Real) -> WallParticles {
     let filler = Filler {
         solid,
+        shapes: solid.shapes.clone(),
         region,
         spacing,
         depth,
@@ -39,7 +40,7 @@ pub fn wall_particles(solid: &Solid, region: &Aabb, spacing: Real, depth: Real) 
             let place = [b / (count.y * count.z), b / count.z % count.y, b % count.z];
             let first = std::array::from_fn(|axis| (low[axis] + place[axis]) * BLOCK);
             let mut found = Vec::new();
-            filler.descend(first, BLOCK, &mut found);
+            filler.near(first).descend(first, BLOCK, &mut found);
             found.sort_unstable_by_key(|particle: &Particle| particle.voxel);
             found
         })
@@ -60,16 +61,44 @@ struct Particle {
 
 struct Filler<'a> {
     solid: &'a Solid,
+    /// Those of its shapes that can matter.
+    shapes: Vec<Shape>,
     region: &'a Aabb,
     spacing: Real,
     depth: Real,
 }
 
 impl Filler<'_> {
+    /// The same with the shapes alone whose surface may come near the block that begins at `first`: elsewhere the
+    /// least φ is another's, or tells that nothing is there.
+    fn near(&self, first: [i64; 3]) -> Self {
+        let centre = self.centre(first, BLOCK);
+        let reach = (0.87 * BLOCK as Real + 1.5) * self.spacing;
+        let near = |shape: &&Shape| shape.distance(&centre).0 <= reach;
+        Self {
+            shapes: self.shapes.iter().filter(near).cloned().collect(),
+            ..*self
+        }
+    }
+
+    fn centre(&self, first: [i64; 3], edge: i64) -> Vec3 {
+        Vec3::from(first.map(|f| f as Real)).add_scalar(0.5 * edge as Real) * self.spacing
+    }
+
+    fn phi(&self, x: &Vec3) -> Real {
+        let mut least = Real::INFINITY;
+        for shape in &self.shapes {
+            least = least.min(shape.distance(x).0);
+        }
+        for grid in &self.solid.grids {
+            least = least.min(grid.value(x));
+        }
+        least
+    }
+
     fn descend(&self, first: [i64; 3], edge: i64, found: &mut Vec<Particle>) {
-        let centre =
-            (Vec3::from(first.map(|f| f as Real)).add_scalar(0.5 * edge as Real)) * self.spacing;
-        let phi = self.solid.phi(&centre);
+        let centre = self.centre(first, edge);
+        let phi = self.phi(&centre);
         // A little more than the half diagonal: φ between grid nodes is not exact.
         let radius = (0.87 * edge as Real + 0.1) * self.spacing;
         if phi > radius || phi < -self.depth - radius {
@@ -98,7 +127,7 @@ impl Filler<'_> {
         for sub in 0..FINE.pow(3) {
             let place = [sub / (FINE * FINE), sub / FINE % FINE, sub % FINE];
             let offset = Vec3::from(place.map(|p| p as Real + 0.5 - 0.5 * FINE as Real)) * edge;
-            let phi = self.solid.phi(&(centre + offset));
+            let phi = self.phi(&(centre + offset));
             let part = (0.5 - phi / edge).clamp(0.0, 1.0);
             if part > 0.0 {
                 share += part;
@@ -124,7 +153,6 @@ impl Filler<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::Shape;
 
     fn total(walls: &WallParticles) -> Real {
         walls.volume.iter().sum()

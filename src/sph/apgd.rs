@@ -60,8 +60,10 @@ pub fn solve_pressure(
     }
     let volume = operator.rest_volume();
     // Isolated particles have next to no diagonal; without a floor they divide by zero.
-    let mut sorted = diagonal.to_vec();
-    let median = *sorted.select_nth_unstable_by(n / 2, Real::total_cmp).1;
+    let median = *diagonal
+        .to_vec()
+        .select_nth_unstable_by(n / 2, Real::total_cmp)
+        .1;
     let floor = 1e-3 * median.max(Real::MIN_POSITIVE);
     let weight = |i: usize| diagonal[i].max(floor);
 

@@ -12,6 +12,7 @@
 
 use super::coarse::Coarse;
 use super::minres::{self, Packed};
+use super::mobility;
 use super::neighbourhood::{Neighbourhood, vector};
 use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
@@ -172,53 +173,13 @@ impl<'a> CoupledSolver<'a> {
         solver.fine = (0..n)
             .map(|i| p.viscosity[i] / volume + 1.0 / (p.dt * inertial[i].max(floor)))
             .collect();
-        solver.mobility = solver.uniform_push();
+        solver.mobility = mobility::of_uniform_push(
+            &solver.pairs,
+            &solver.diagonal,
+            solver.problem.mass,
+            solver.problem.dt,
+        );
         solver
-    }
-
-    /// (M + dt K) u = M 1 by a few Jacobi-CG steps: how far a uniform push moves each particle, times dt/m.
-    fn uniform_push(&self) -> Vec<Real> {
-        let p = &self.problem;
-        let n = self.diagonal.len();
-        let apply = |x: &[Real]| -> Vec<Real> {
-            (0..n)
-                .into_par_iter()
-                .with_min_len(GRAIN)
-                .map(|i| {
-                    let pull: Real = self
-                        .pairs
-                        .row(i)
-                        .iter()
-                        .map(|q| Real::from(q.drag) * x[q.j as usize])
-                        .sum();
-                    self.diagonal[i] * x[i] - pull
-                })
-                .collect()
-        };
-        let mut u = vec![0.0; n];
-        let mut r: Vec<Real> = (0..n).map(|i| p.mass[i] / p.dt).collect();
-        let mut z: Vec<Real> = (0..n).map(|i| r[i] / self.diagonal[i]).collect();
-        let mut d = z.clone();
-        let mut rz = ordered_sum(n, |i| r[i] * z[i]);
-        let start = rz;
-        for _ in 0..12 {
-            if rz <= 1e-8 * start {
-                break;
-            }
-            let image = apply(&d);
-            let step = rz / ordered_sum(n, |i| d[i] * image[i]);
-            for i in 0..n {
-                u[i] += step * d[i];
-                r[i] -= step * image[i];
-                z[i] = r[i] / self.diagonal[i];
-            }
-            let next = ordered_sum(n, |i| r[i] * z[i]);
-            for i in 0..n {
-                d[i] = z[i] + next / rz * d[i];
-            }
-            rz = next;
-        }
-        (0..n).map(|i| u[i].max(0.0) * p.dt / p.mass[i]).collect()
     }
 
     /// Solves, with `velocity` [m/s] and `pressure` [Pa] as the guess; `full(i)`: the neighbourhood has no gap.

@@ -6,6 +6,7 @@ mod coarse;
 mod coupled;
 mod kernel;
 mod minres;
+mod mobility;
 mod neighbourhood;
 pub mod operators;
 mod preconditioner;

@@ -1,6 +1,7 @@
 //! Physics with a closed answer.
 #![allow(clippy::unwrap_used)]
 
+mod barrier;
 mod channels;
 mod column;
 mod dam;

@@ -74,7 +74,8 @@ fn opaque<'a>(positions: &'a [Vec3], triangles: &'a [[u32; 3]], colour: Colour) 
 fn seen(scene: &Scene, settings: &PictureSettings) -> (Vec<Seen>, View, Samples) {
     let view = scene.camera.view(settings.width, settings.height);
     let samples = Samples::new(settings.samples);
-    let visible = layers::opaque(&Geometry::new(scene, view.clone()), &samples);
+    let geometry = Geometry::new(&scene.meshes, scene.spheres, view.clone());
+    let visible = layers::opaque(&geometry, 0, &samples, None);
     (visible, view, samples)
 }
 

@@ -31,14 +31,16 @@ fn crowded<'a>(
         meshes: vec![solid, glass],
         spheres,
         camera: camera(),
-        label: Some("t = 0.25 s".into()),
-        legend: Some(Legend {
-            title: "polymer fraction".into(),
-            low: 0.0,
-            high: 1.0,
-            map: colour::polymer,
-        }),
-        scale_bar: true,
+        lettering: Lettering {
+            label: Some("t = 0.25 s".into()),
+            legend: Some(Legend {
+                title: "polymer fraction".into(),
+                low: 0.0,
+                high: 1.0,
+                map: colour::scale,
+            }),
+            scale_bar: true,
+        },
     }
 }
 
@@ -48,14 +50,14 @@ fn a_picture_has_the_same_bits_on_any_number_of_threads() {
     let colours: Vec<Colour> = mesh
         .2
         .iter()
-        .map(|n| colour::polymer(0.5 + 0.5 * n.z))
+        .map(|n| colour::scale(0.5 + 0.5 * n.z))
         .collect();
     let mut random = Stream::new(5, "spheres");
     let spheres: Vec<Sphere> = (0..300)
         .map(|_| Sphere {
             centre: random.cube() * 0.03,
             radius: random.between(0.001, 0.003),
-            colour: colour::polymer(random.unit()),
+            colour: colour::scale(random.unit()),
         })
         .collect();
     let scene = crowded(&mesh, &colours, &spheres);
@@ -72,6 +74,58 @@ fn a_picture_has_the_same_bits_on_any_number_of_threads() {
     let one = on(1);
     assert!(one.len() > 10_000);
     assert!(one == on(2) && one == on(3));
+}
+
+#[test]
+fn what_stands_still_may_be_drawn_before_and_changes_no_bit() {
+    let large = Sphere {
+        radius: 0.028,
+        centre: Vec3::new(-0.004, 0.012, 0.002),
+        ..BALL
+    };
+    let (still, shell) = (ball_mesh(&BALL, 24), ball_mesh(&large, 30));
+    let mut bone = crowded(&still, &[], &[]).meshes;
+    bone[0].colours = Colours::Uniform(Colour::repeat(0.6));
+    bone[1] = MeshLayer {
+        positions: &shell.0,
+        triangles: &shell.1,
+        normals: Some(&shell.2),
+        colours: Colours::Uniform(Colour::repeat(0.7)),
+        ..bone[1]
+    };
+    let lit = Aabb::around(still.0.iter().chain(&shell.0));
+    let backdrop = Backdrop::new(&bone, &camera(), &lit, &SMALL);
+    let empty = Backdrop::new(&[], &camera(), &lit, &SMALL);
+    let lettering = Lettering::default();
+    let mut before = backdrop.draw(&[], &[], &lettering);
+    assert!(before == empty.draw(&bone, &[], &lettering));
+    for step in 0..4 {
+        // It rolls out of the solid, past its cut and through the glass.
+        let moved = Sphere {
+            centre: Vec3::new(0.012 - 0.011 * f64::from(step), -0.012, 0.018),
+            radius: 0.006,
+            ..BALL
+        };
+        let cement = ball_mesh(&moved, 16);
+        let pane = [0, 1, 2].map(|k| moved.centre + Vec3::ith(k, 0.02));
+        let drops = [Sphere {
+            centre: moved.centre + Vec3::new(0.0, -0.01, 0.004),
+            radius: 0.002,
+            ..BALL
+        }];
+        let moving = [
+            opaque(&cement.0, &cement.1, Colour::new(0.2, 0.3, 0.5)),
+            MeshLayer {
+                material: Material::GLASS_BONE,
+                ..opaque(&pane, &[[0, 1, 2], [0, 2, 1]], Colour::repeat(0.5))
+            },
+        ];
+        let picture = backdrop.draw(&moving, &drops, &lettering);
+        let all = [&bone[..], &moving].concat();
+        assert!(picture == empty.draw(&all, &drops, &lettering), "{step}");
+        assert!(picture != before);
+        before = picture;
+    }
 }
 
 #[test]
@@ -133,7 +187,8 @@ fn empty_scenes_and_impossible_cameras_still_give_a_picture() {
         (0.0, Real::INFINITY),
     ] {
         let mut scene = crowded(&mesh, &[], &spheres);
-        scene.legend = scene.legend.map(|legend| Legend {
+        let legend = scene.lettering.legend.take();
+        scene.lettering.legend = legend.map(|legend| Legend {
             low,
             high,
             ..legend

@@ -40,6 +40,11 @@ pub(super) fn preview(c: &mut Checker<'_>, recipe: &Recipe) -> Preview {
             &format!("{key}.cut_cement"),
             "needs a plane: cut = { point = …, normal = … }",
         );
+        c.within(
+            &format!("{key}.turntable"),
+            view.turntable.into(),
+            0.0..=360.0,
+        );
         View {
             name: view.name.clone(),
             azimuth: view.azimuth.si(),
@@ -49,6 +54,8 @@ pub(super) fn preview(c: &mut Checker<'_>, recipe: &Recipe) -> Preview {
             cut,
             cut_cement: view.cut_cement,
             bone: view.bone,
+            colour: view.colour,
+            turntable: view.turntable,
         }
     });
     Preview {

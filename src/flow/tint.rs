@@ -1,0 +1,156 @@
+//! What the colours of the cement mean in a view, the same in all its pictures.
+
+use super::{FlowError, Job};
+use crate::cache::{self, Frame};
+use crate::math::Real;
+use crate::preview::{Colour, Legend, colour};
+use crate::scene::Shows;
+use crate::surface::Surface;
+
+/// Share of the particles whose value the scale reaches, in the frame where it reaches farthest.
+const REACHED: Real = 0.99;
+
+/// A quantity, and the value of the last colour; the first stands for 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tint {
+    shows: Shows,
+    high: Real,
+}
+
+impl Tint {
+    /// One a view, each scaled to all frames that there are.
+    pub fn of_views(job: &Job) -> Result<Vec<Self>, FlowError> {
+        let views = &job.scene.preview.views;
+        let mut tints: Vec<Self> = (views.iter())
+            .map(|view| Self {
+                shows: view.colour,
+                high: if view.colour == Shows::Polymer {
+                    1.0
+                } else {
+                    0.0
+                },
+            })
+            .collect();
+        if tints.iter().any(|tint| tint.high == 0.0) {
+            for n in job.folder.frames(None)? {
+                job.heed(None)?;
+                let frame = cache::read_frame(&job.folder.frame(n))?;
+                for tint in tints.iter_mut().filter(|t| t.shows != Shows::Polymer) {
+                    tint.high = tint
+                        .high
+                        .max(reached(&mut of_particles(tint.shows, &frame)));
+                }
+            }
+        }
+        for tint in &mut tints {
+            if tint.high <= 0.0 {
+                tint.high = 1.0;
+            }
+        }
+        Ok(tints)
+    }
+
+    /// The key to the colours.
+    pub fn legend(&self) -> Legend {
+        let (title, scale) = match self.shows {
+            Shows::Polymer => ("polymer fraction", 1.0),
+            Shows::Pressure if self.high >= 1000.0 => ("pressure [kPa]", 1e-3),
+            Shows::Pressure => ("pressure [Pa]", 1.0),
+            Shows::Speed if self.high < 0.1 => ("speed [mm/s]", 1e3),
+            Shows::Speed => ("speed [m/s]", 1.0),
+            Shows::Age => ("which millilitre", 1.0),
+        };
+        Legend {
+            title: title.to_owned(),
+            low: 0.0,
+            high: self.high * scale,
+            map: colour::scale,
+        }
+    }
+
+    /// Colours of the vertices.
+    pub fn colours(&self, surface: &Surface) -> Vec<Colour> {
+        let speed;
+        let values = match self.shows {
+            Shows::Polymer => &surface.polymer_fraction,
+            Shows::Pressure => &surface.pressure,
+            Shows::Age => &surface.millilitre,
+            Shows::Speed => {
+                speed = surface.speed();
+                &speed
+            }
+        };
+        values.iter().map(|&v| self.colour(v)).collect()
+    }
+
+    /// The colour of the mean over the particles, for faces cut through the cement.
+    pub fn mean(&self, frame: &Frame) -> Colour {
+        let values = of_particles(self.shows, frame);
+        let sum: Real = values.iter().map(|&v| Real::from(v)).sum();
+        self.colour((sum / values.len().max(1) as Real) as f32)
+    }
+
+    fn colour(&self, value: f32) -> Colour {
+        colour::scale(Real::from(value) / self.high)
+    }
+}
+
+fn of_particles(shows: Shows, frame: &Frame) -> Vec<f32> {
+    match shows {
+        Shows::Polymer => frame.polymer_fraction.clone(),
+        Shows::Pressure => frame.pressure.clone(),
+        Shows::Speed => {
+            let length = |[u, v, w]: &[f32; 3]| (u * u + v * v + w * w).sqrt();
+            frame.velocity.iter().map(length).collect()
+        }
+        Shows::Age => {
+            let each = frame.rest_volume * 1e6;
+            let age = |&id: &u32| (Real::from(id) * each) as f32;
+            frame.id.iter().map(age).collect()
+        }
+    }
+}
+
+fn reached(values: &mut [f32]) -> Real {
+    let Some(last) = values.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let at = (REACHED * last as Real) as usize;
+    let (_, value, _) = values.select_nth_unstable_by(at, f32::total_cmp);
+    Real::from(*value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_leaves_out_the_highest_hundredth_and_its_legend_has_units_to_read() {
+        let mut values: Vec<f32> = (0..=1000).map(|n| n as f32).collect();
+        values.reverse();
+        assert_eq!(reached(&mut values), 990.0);
+        assert_eq!(reached(&mut []), 0.0);
+        for (shows, high, title, top) in [
+            (Shows::Pressure, 3400.0, "pressure [kPa]", 3.4),
+            (Shows::Pressure, 340.0, "pressure [Pa]", 340.0),
+            (Shows::Speed, 0.05, "speed [mm/s]", 50.0),
+            (Shows::Speed, 2.0, "speed [m/s]", 2.0),
+        ] {
+            let legend = Tint { shows, high }.legend();
+            assert_eq!(legend.title, title);
+            assert!((legend.high - top).abs() < 1e-12 * top);
+        }
+        let surface = Surface {
+            velocity: vec![[0.0, 0.03, 0.04], [0.0; 3]],
+            pressure: vec![7.0, 2.0],
+            ..Surface::default()
+        };
+        let tint = |shows| Tint { shows, high: 0.1 };
+        let half = tint(Shows::Speed).colours(&surface)[0] - colour::scale(0.5);
+        assert!(half.amax() < 1e-6);
+        assert_eq!(
+            tint(Shows::Pressure).colours(&surface)[1],
+            colour::scale(1.0)
+        );
+    }
+}
