@@ -219,7 +219,9 @@ fn code(error: &Failure) -> u8 {
         Failure::Study(StudyError::Unknown { .. }) => return 2,
         Failure::Study(StudyError::Run { .. }) => return 4,
         Failure::Study(StudyError::Worse(_)) => return 5,
-        Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_)) => return 1,
+        Failure::Study(StudyError::Cache(_) | StudyError::Occupied(_) | StudyError::Scene(_)) => {
+            return 1;
+        }
     };
     match error {
         FlowError::NoFrames { .. }

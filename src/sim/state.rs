@@ -162,7 +162,7 @@ mod tests {
                 diameter: 3.0 * DX,
                 flow_rate: 1e-6,
                 polymer_fraction: 0.8,
-                dose: 1e-6,
+                dose: 0.4e-6,
             }],
             seed: 1,
             jitter: 0.1,

@@ -31,6 +31,9 @@ pub enum StudyError {
         /// Why.
         source: SimError,
     },
+    /// A scene that cannot be built.
+    #[error("the scene cannot be built: {0}")]
+    Scene(String),
     /// Figures that are worse than those recorded in the project.
     #[error("worse than recorded: {}", .0.join("; "))]
     Worse(Vec<String>),

@@ -3,8 +3,11 @@
 mod bench;
 mod error;
 pub mod exact;
+mod max_step;
+mod mixing;
 pub mod scenes;
 mod shear_cell;
+mod tank;
 mod thinning;
 pub mod verify;
 
@@ -27,7 +30,7 @@ pub struct Study {
 }
 
 /// Every study.
-pub const STUDIES: &[Study] = &[thinning::STUDY];
+pub const STUDIES: &[Study] = &[max_step::STUDY, mixing::STUDY, thinning::STUDY];
 
 /// What a study found. The first table and the first picture carry its name alone.
 #[derive(Clone, Debug, Default)]

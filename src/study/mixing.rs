@@ -1,0 +1,171 @@
+//! Fig. 7 and 8 of [IMM-CT]: three schemes mix liquid and polymer at three viscosity ratios, all with the CFL step.
+
+use super::tank::{Fate, LIQUID, Tank, cfl_step};
+use super::{Bench, Findings, Study, StudyError};
+use crate::math::{Aabb, Real, Vec3};
+use crate::preview::{
+    Camera, FELL_OVER, Lettering, PictureSettings, Row, Scene, Sphere, WELL, colour, contact_sheet,
+    render,
+};
+use crate::report::{Axis, Cell, Look, Plot, Series, Table};
+use crate::sim::{Scheme, StressStep};
+use image::{ImageFormat, RgbImage};
+use serde_json::json;
+use std::io::Cursor;
+
+pub(super) const STUDY: Study = Study {
+    name: "mixing",
+    about: "a tank stirred by a fan: three schemes, three viscosity ratios (Fig. 7, 8)",
+    answer,
+};
+
+const SCHEMES: [(&str, Scheme, StressStep); 3] = [
+    ("dfsph", Scheme::Dfsph, StressStep::Explicit),
+    ("imm", Scheme::Imm, StressStep::Explicit),
+    ("imm_ct", Scheme::ImmCt, StressStep::Coupled),
+];
+/// Viscosities of the polymer [Pa·s].
+const VISCOSITIES: [Real; 3] = [0.1, 1.0, 10.0];
+const LOOKS: [Look; 3] = [Look::Curve, Look::Dashes, Look::Chain];
+/// Share of the segregation at the start that is left when a tank counts as mixed.
+const MIXED: Real = 0.1;
+
+fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+    let spacing = bench.level.pick(2e-3, 1e-3);
+    let duration = bench.level.pick(2.0, 4.0);
+    let step = cfl_step(spacing);
+    let mut table = Table::new(&[
+        "scheme",
+        "viscosity ratio",
+        "how it ended",
+        "time reached [s]",
+        "segregation at the end",
+        "90 % mixed after [s]",
+        "seconds a simulated second",
+    ]);
+    let mut plot = Plot {
+        title: "Intensity of segregation in the stirred tank".into(),
+        x: Axis::linear("time [s]"),
+        y: Axis::linear("intensity of segregation").between(0.0, 1.0),
+        series: Vec::new(),
+    };
+    let mut rows = Vec::new();
+    let mut facts = Vec::new();
+    for (colour, (name, scheme, stress)) in SCHEMES.into_iter().enumerate() {
+        let mut pictures = Vec::new();
+        for (n, viscosity) in VISCOSITIES.into_iter().enumerate() {
+            let tank = Tank {
+                scheme,
+                stress,
+                viscosity,
+                relaxation_time: if scheme == Scheme::ImmCt { 0.05 } else { 0.0 },
+                thinning: 0.5,
+                spacing,
+                step: Some(step),
+                seed: 1,
+                duration,
+            };
+            let run = format!("{name}-{viscosity}");
+            let (fate, _) = bench.run(&run, &tank, || tank.run(&run))?;
+            let mixed = mixed_after(&fate);
+            let left = fate.segregation.last().map_or(1.0, |entry| entry[1]);
+            let ended = fate.collapse.as_deref().unwrap_or("stable");
+            table.row(vec![
+                name.into(),
+                (viscosity / LIQUID).into(),
+                ended.into(),
+                fate.time.into(),
+                left.into(),
+                mixed.map_or(Cell::None, Into::into),
+                fate.cost.into(),
+            ]);
+            facts.push(json!({
+                "scheme": name,
+                "ratio": viscosity / LIQUID,
+                "collapse": fate.collapse,
+                "segregation": left,
+                "mixed_after": mixed,
+            }));
+            let frame = if fate.collapse.is_some() {
+                FELL_OVER
+            } else {
+                WELL
+            };
+            pictures.push((picture(&fate, spacing), frame));
+            plot.series.push(Series {
+                name: format!("{name} 1:{}", viscosity / LIQUID),
+                points: fate.segregation,
+                look: LOOKS[n],
+                colour,
+            });
+        }
+        rows.push(Row {
+            title: format!("{name}, viscosities 1:10, 1:100, 1:1000"),
+            pictures,
+        });
+    }
+    let stable = facts.iter().filter(|f| f["collapse"].is_null()).count();
+    Ok(Findings {
+        summary: format!(
+            "{stable} of {} tanks are stable at the CFL step of {:.2} ms",
+            facts.len(),
+            step * 1e3
+        ),
+        tables: vec![(String::new(), table)],
+        pictures: vec![
+            (String::new(), plot.to_png()),
+            ("sheet".to_owned(), png(&contact_sheet(&rows))?),
+        ],
+        facts: json!({ "step": step, "tanks": facts }),
+    })
+}
+
+/// When nine tenths of the segregation are gone for good [s].
+fn mixed_after(fate: &Fate) -> Option<Real> {
+    let first = fate.segregation.first()?[1];
+    let above = fate
+        .segregation
+        .iter()
+        .rposition(|e| e[1] > MIXED * first)?;
+    let entry = fate.segregation.get(above + 1)?;
+    fate.collapse.is_none().then_some(entry[0])
+}
+
+/// The particles at the last moment, seen from the side, coloured by polymer fraction.
+fn picture(fate: &Fate, spacing: Real) -> RgbImage {
+    let finite = fate
+        .last
+        .iter()
+        .filter(|(x, _)| x.iter().all(|c| c.is_finite()));
+    let balls: Vec<Sphere> = finite
+        .map(|(x, alpha)| Sphere {
+            centre: Vec3::new(x[0].into(), x[1].into(), x[2].into()),
+            radius: 0.5 * spacing,
+            colour: colour::scale(Real::from(*alpha)),
+        })
+        .collect();
+    let tank = Aabb {
+        min: Vec3::new(-0.02, -0.02, 0.0),
+        max: Vec3::new(0.02, 0.02, 0.04),
+    };
+    let scene = Scene {
+        meshes: Vec::new(),
+        spheres: &balls,
+        camera: Camera::framing(&tank, 0.35, 0.45, 0.5),
+        lettering: Lettering::default(),
+    };
+    let settings = PictureSettings {
+        width: 400,
+        height: 320,
+        ..PictureSettings::default()
+    };
+    render(&scene, &settings)
+}
+
+fn png(picture: &RgbImage) -> Result<Vec<u8>, StudyError> {
+    let mut bytes = Vec::new();
+    picture
+        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
+        .map_err(|error| StudyError::Scene(error.to_string()))?;
+    Ok(bytes)
+}
