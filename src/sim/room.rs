@@ -18,6 +18,9 @@ pub fn require(
     around: &Scenery<'_>,
     start: &[Vec3],
 ) -> Result<(), SimError> {
+    if settings.inlets.is_empty() {
+        return Ok(());
+    }
     let grid = Grid { settings, around };
     let full: HashSet<Cell> = start.iter().map(|x| grid.cell(x)).collect();
     let all: Real = settings.inlets.iter().map(|i| volume(settings, i)).sum();

@@ -39,6 +39,8 @@ pub struct Tank {
 
 /// Viscosity of the liquid [Pa·s].
 pub const LIQUID: Real = 0.01;
+/// Density of the liquid and of the polymer [kg/m³].
+const DENSITIES: [Real; 2] = [940.0, 1180.0];
 const RADIUS: Real = 0.02;
 const HEIGHT: Real = 0.04;
 const TURNS: Real = 5.0;
@@ -130,11 +132,11 @@ impl Tank {
         };
         s.cement = Cement {
             liquid: PhaseMaterial {
-                density: 940.0,
+                density: DENSITIES[0],
                 viscosity: LIQUID,
             },
             polymer: PhaseMaterial {
-                density: 1180.0,
+                density: DENSITIES[1],
                 viscosity: self.viscosity,
             },
             relaxation_time: self.relaxation_time,
@@ -142,7 +144,7 @@ impl Tank {
             diffusion: 1e-7,
             normalised_bonding: true,
             slip_relaxation: Some(1e-4),
-            ..newtonian(940.0, LIQUID)
+            ..newtonian(DENSITIES[0], LIQUID)
         };
         s.bodies = [(-1.0, 0.0), (1.0, 1.0)]
             .map(|(side, polymer_fraction)| Body {
@@ -248,7 +250,7 @@ impl Watch {
         let first = *self.volume.get_or_insert(volume);
         let drift = (0..2).map(|k| (volume[k] / first[k] - 1.0).abs());
         let escaped = ledger.escaped.liquid + ledger.escaped.polymer;
-        let mass = volume[0] * 940.0 + volume[1] * 1180.0;
+        let mass = volume[0] * DENSITIES[0] + volume[1] * DENSITIES[1];
         // What the fan has done is at most to bring all of it to the speed of its tips.
         let given = mass * (0.5 * tip_speed().powi(2) + 9.81 * HEIGHT);
         let because = if escaped > 0.0 || fled > 0 {

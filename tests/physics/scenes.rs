@@ -1,53 +1,11 @@
 //! Small scenes that the cases share.
 
-use osteoflow::fluid::{Cement, PhaseMaterial};
 use osteoflow::math::{Aabb, Real, Vec3};
-use osteoflow::sim::{ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep};
+use osteoflow::sim::Simulation;
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
 
-/// A Newtonian cement: both phases alike.
-pub fn newtonian(density: Real, viscosity: Real) -> Cement {
-    let phase = PhaseMaterial { density, viscosity };
-    Cement {
-        liquid: phase,
-        polymer: phase,
-        relaxation_time: 0.0,
-        thinning: 0.0,
-        rest_drag: 0.5,
-        diffusion: 0.0,
-        normalised_bonding: false,
-        literal_modulus: false,
-        slip_relaxation: None,
-    }
-}
-
-/// Settings that a case starts from.
-pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
-    SimSettings {
-        scheme: Scheme::Dfsph,
-        stress: StressStep::Coupled,
-        elastic_waves: ElasticWaves::Damped,
-        spacing,
-        support_ratio: 2.4,
-        duration: 1.0,
-        frames_per_second: 10.0,
-        gravity: Vec3::zeros(),
-        periodic: [false; 3],
-        domain,
-        time_step: TimeStep::Adaptive {
-            min: 1e-9,
-            max: 1.0,
-            cfl: 0.4,
-        },
-        cement: newtonian(1000.0, 1.0),
-        bodies: Vec::new(),
-        inlets: Vec::new(),
-        seed: 1,
-        jitter: 0.0,
-        skip_unneeded: true,
-    }
-}
+pub use osteoflow::study::scenes::{newtonian, settings};
 
 /// Wall particles on a lattice with a node at `origin` + half a spacing, `depth` deep.
 pub fn walls(
