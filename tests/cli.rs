@@ -16,7 +16,7 @@ fn text(bytes: &[u8]) -> String {
 
 #[test]
 fn check_says_what_a_recipe_means() {
-    let output = osteoflow(&["check", "pipeline/vertebra.toml"]);
+    let output = osteoflow(&["check", "--brief", "pipeline/vertebra.toml"]);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{err}");
     assert!(
@@ -25,7 +25,7 @@ fn check_says_what_a_recipe_means() {
     );
     assert!(err.starts_with("warning: pipeline/vertebra.toml:"), "{err}");
     assert!(
-        osteoflow(&["check", "-q", "pipeline/vertebra.toml"])
+        osteoflow(&["check", "-q", "--brief", "pipeline/vertebra.toml"])
             .stderr
             .is_empty()
     );
@@ -33,6 +33,7 @@ fn check_says_what_a_recipe_means() {
     let json = osteoflow(&[
         "check",
         "--json",
+        "--brief",
         "pipeline/vertebra.toml",
         "--set",
         "spacing=0.4 mm",
@@ -44,13 +45,13 @@ fn check_says_what_a_recipe_means() {
 /// What `check -v` prints after the summary is a recipe again.
 #[test]
 fn the_filled_in_recipe_can_be_checked_again() {
-    let first = osteoflow(&["check", "-v", "pipeline/periodic_box.toml"]);
+    let first = osteoflow(&["check", "-v", "--brief", "pipeline/periodic_box.toml"]);
     let printed = text(&first.stdout);
     let (summary, recipe) = printed.split_once("\n\n").expect("summary, then recipe");
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("again.toml");
     std::fs::write(&path, recipe).expect("written");
-    let again = osteoflow(&["check", &path.display().to_string()]);
+    let again = osteoflow(&["check", "--brief", &path.display().to_string()]);
     assert_eq!(text(&again.stdout).trim_end(), summary);
 }
 

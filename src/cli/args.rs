@@ -21,7 +21,7 @@ pub(super) struct Arguments {
 /// Each verb is one call into `scene`, `flow` or `study`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
-    /// Says what a recipe, a mesh (.obj) or a volume (.vdb) means and what is doubtful about it; runs nothing.
+    /// Says what a recipe, a mesh (.obj) or a volume (.vdb) means, what is doubtful about it, and what a run will take.
     Check(CheckArguments),
     /// Turns bone, meshes, shapes and cannulas into walls: boundary/.
     Voxelise(BoneArguments),
@@ -222,6 +222,12 @@ pub(super) struct CheckArguments {
     /// Writes a mesh's triangles here, coloured by what is wrong with them.
     #[arg(long, value_name = "OBJ")]
     pub defects: Option<PathBuf>,
+    /// Makes a recipe's walls here, as `voxelise` does: with slices through the bone, boundary/slices.png.
+    #[arg(short, long, conflicts_with = "brief")]
+    pub out: Option<PathBuf>,
+    /// Builds and tries nothing of a recipe: only what it says by itself.
+    #[arg(long)]
+    pub brief: bool,
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {

@@ -7,11 +7,13 @@ mod progress;
 mod report;
 mod study;
 
-use crate::flow::{self, Event, FlowError, Golden, Job, Stage};
+use crate::flow::{self, Event, FlowError, Forecast, Golden, Job, Outlook, Stage};
 use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
-use args::{Arguments, BoneArguments, Common, PreviewArguments, Verb, WorkArguments};
+use args::{
+    Arguments, BoneArguments, CheckArguments, Common, PreviewArguments, Verb, WorkArguments,
+};
 use clap::Parser;
 use progress::{Progress, put};
 use std::error::Error;
@@ -19,7 +21,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Runs the command line; usage errors end the process with 2, as clap has it.
 pub fn main() -> ExitCode {
@@ -72,10 +75,15 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
             for doubt in flow::doubts(&scene)? {
                 progress.show(&Event::Note(path, &doubt));
             }
+            let forecast = if what.brief {
+                None
+            } else {
+                Some(ahead(what, &mut progress)?)
+            };
             if common.json {
-                return print(&report::json(&scene));
+                return print(&report::json(&scene, forecast.as_ref()));
             }
-            print(&report::text(&scene))?;
+            print(&report::text(&scene, forecast.as_ref()))?;
             if common.verbose {
                 print(&format!("\n{}", recipe.to_toml()))?;
             }
@@ -101,6 +109,19 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
             study::study(name, work, common.quiet, common.json)
         }
     }
+}
+
+/// What a run of the recipe will take.
+fn ahead(what: &CheckArguments, progress: &mut Progress) -> Result<Forecast, Failure> {
+    let outlook = Outlook {
+        recipe: &what.recipe.recipe,
+        overrides: &what.recipe.overrides,
+        quick: what.recipe.quick,
+        out: what.out.as_deref(),
+        stop: Arc::default(),
+    };
+    heed_signals(&outlook.stop);
+    Ok(outlook.forecast(&mut |event: Event<'_>| progress.show(&event))?)
 }
 
 fn stages(
@@ -171,7 +192,7 @@ fn run_stages(
     job.frames = work.frames;
     job.resume = work.resume;
     job.early_picture = stages.contains(&Stage::Preview);
-    heed_signals(&job);
+    heed_signals(&job.stop);
     for &stage in stages {
         job.run(stage, show)?;
     }
@@ -183,8 +204,8 @@ fn run_stages(
 }
 
 /// The first signal lets a step or a frame come to its end and be kept; the second ends the program at once.
-fn heed_signals(job: &Job) {
-    let stop = job.stop.clone();
+fn heed_signals(stop: &Arc<AtomicBool>) {
+    let stop = stop.clone();
     let handler = move || {
         if stop.swap(true, Ordering::Relaxed) {
             std::process::exit(130);

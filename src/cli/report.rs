@@ -1,6 +1,7 @@
 //! What `check` says about a recipe.
 
 use crate::bone::Struts;
+use crate::flow::Forecast;
 use crate::math::Real;
 use crate::scene::Scene;
 use crate::sim::{Scheme, bounds_at_start};
@@ -8,7 +9,7 @@ use serde_json::json;
 use std::fmt::Write;
 
 /// For people.
-pub(super) fn text(scene: &Scene) -> String {
+pub(super) fn text(scene: &Scene, forecast: Option<&Forecast>) -> String {
     let sim = &scene.sim;
     let mut lines = String::new();
     let mut line = |name: &str, value: String| {
@@ -87,7 +88,81 @@ pub(super) fn text(scene: &Scene) -> String {
             line("region", value);
         }
     }
+    if let Some(forecast) = forecast {
+        lines.push_str(&expected(forecast));
+    }
     lines
+}
+
+/// The bone as built, and what a run is expected to take.
+fn expected(forecast: &Forecast) -> String {
+    let mut lines = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing into a string cannot fail.
+        let _ = writeln!(lines, "{name:<12} {value}");
+    };
+    if let Some(bone) = &forecast.bone {
+        line(
+            "porosity",
+            format!(
+                "{:>24} {:>7} {:>7} {:>10} {:>16} {:>14} {:>14}",
+                "asked", "made", "resolvable", "throats", "in spacings", "rods", "Kozeny–Carman"
+            ),
+        );
+        for region in bone.regions.iter().filter(|region| region.volume > 0.0) {
+            let asked = region.asked_porosity;
+            line(
+                "",
+                format!(
+                    "{:<18} {:>5} {:>7.3} {:>10.3} {:>7.2} mm {:>16.1} {:>11.1e} m² {:>11.1e} m²",
+                    region.name,
+                    asked.map_or("–".to_owned(), |p| format!("{p:.3}")),
+                    region.porosity,
+                    region.resolvable_porosity,
+                    region.throat_diameter * 1e3,
+                    region.throat_in_spacings,
+                    region.rods_permeability,
+                    region.kozeny_permeability
+                ),
+            );
+        }
+    }
+    let [start, end] = forecast.particles;
+    let walls = forecast.wall_particles;
+    line(
+        "particles",
+        format!("{start} at the start, {end} at the end; {walls} of walls"),
+    );
+    line("steps", format!("about {}", forecast.steps));
+    if let Some(bytes) = forecast.memory_bytes {
+        line("memory", format!("about {:.0} MB", bytes as Real * 1e-6));
+    }
+    line(
+        "disk",
+        format!("about {:.0} MB", forecast.disk_bytes as Real * 1e-6),
+    );
+    let stages: Vec<String> = (forecast.stages.iter())
+        .map(|of| format!("{} {}", of.stage, duration(of.seconds)))
+        .collect();
+    line(
+        "time",
+        format!(
+            "about {} on this machine ({})",
+            duration(forecast.seconds),
+            stages.join(", ")
+        ),
+    );
+    lines
+}
+
+/// To two or three digits.
+fn duration(seconds: Real) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 300.0 => format!("{s:.0} s"),
+        s if s < 2.0 * 3600.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
 }
 
 /// To a nanometre, so that the last bits of a difference do not show.
@@ -96,12 +171,13 @@ fn millimetres(length: Real) -> Real {
 }
 
 /// For programs.
-pub(super) fn json(scene: &Scene) -> String {
+pub(super) fn json(scene: &Scene, forecast: Option<&Forecast>) -> String {
     let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
     let report = json!({
         "scene": scene,
         "warnings": warnings,
         "first_step": bounds_at_start(&scene.sim),
+        "forecast": forecast,
     });
     format!("{report:#}\n")
 }

@@ -16,7 +16,7 @@ pub fn doubts(scene: &Scene) -> Result<Vec<String>, FlowError> {
         Region::Mesh(file) => Some(file),
         Region::Shape(_) => None,
     });
-    for file in scene.meshes.iter().chain(movers) {
+    for file in scene.meshes.iter().chain(&scene.fillings).chain(movers) {
         let mesh = read(file)?;
         doubts.extend(size(file, &mesh));
     }

@@ -149,6 +149,11 @@ impl Folder {
         self.root.join(format!("boundary/mover{n}.obj"))
     }
 
+    /// Bounds and signed distance of the n-th mesh that is full of fluid.
+    pub fn filling(&self, n: usize) -> PathBuf {
+        self.root.join(format!("boundary/body{n}.solid.osf"))
+    }
+
     /// The state of a simulation that has not ended.
     pub fn restart(&self) -> PathBuf {
         self.root.join("restart/state.osf")

@@ -2,7 +2,7 @@
 
 use super::restart::{self, Record, Saver};
 use super::stamp::Inputs;
-use super::{Event, FlowError, FrameReport, Job, Observer, Stage, movers, preview};
+use super::{Event, FlowError, FrameReport, Job, Observer, Stage, fillings, movers, preview};
 use crate::cache::{self, Frame, Table};
 use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Probe, Simulation, StepReport};
@@ -68,7 +68,8 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
 pub(super) fn start(job: &Job) -> Result<Simulation, FlowError> {
     let solid = cache::read_solid(&job.folder.solid())?;
     let walls = cache::read_walls(&job.folder.walls())?;
-    let settings = job.scene.sim.clone();
+    let mut settings = job.scene.sim.clone();
+    fillings::read(job, &mut settings)?;
     Ok(Simulation::with_movers(
         settings,
         solid,
@@ -186,7 +187,8 @@ fn note(report: &mut FrameReport, time: f64, step: &StepReport) {
     report.iterations = step.iterations;
 }
 
-fn frame(index: u32, run: &Simulation) -> Frame {
+/// The cement as the stages after the simulation read it.
+pub(super) fn frame(index: u32, run: &Simulation) -> Frame {
     let fluid = &run.fluid;
     let single = |v: &crate::math::Vec3| [v.x as f32, v.y as f32, v.z as f32];
     Frame {

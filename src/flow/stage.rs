@@ -76,6 +76,7 @@ impl Stage {
             Self::Voxelise => json!({
                 "shapes": scene.shapes,
                 "meshes": scene.meshes,
+                "fillings": scene.fillings,
                 "movers": scene.movers,
                 "duration": if scene.movers.is_empty() { 0.0 } else { sim.duration },
                 "bone": scene.bone,
@@ -101,7 +102,10 @@ impl Stage {
                     Region::Mesh(file) => Some(file),
                     Region::Shape(_) => None,
                 });
-                let files = bone.chain(&scene.meshes).chain(movers);
+                let files = bone
+                    .chain(&scene.meshes)
+                    .chain(&scene.fillings)
+                    .chain(movers);
                 files
                     .map(|file| file.path.as_path())
                     .chain(volumes.map(|volume| volume.path.as_path()))

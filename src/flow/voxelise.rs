@@ -1,7 +1,7 @@
 //! Meshes and shapes → `boundary/`: one signed distance, wall particles, and meshes to look at.
 
 use super::bone as read;
-use super::{Event, FlowError, Job, Observer, movers, slices, throats};
+use super::{Event, FlowError, Job, Observer, fillings, movers, slices, throats};
 use crate::bone;
 use crate::cache;
 use crate::grid::BrickGrid;
@@ -69,6 +69,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     let particles = solid::wall_particles(&solid, &region, sim.spacing, wall_depth(sim));
     cache::write_walls(&job.folder.walls(), &particles)?;
     cache::write_solid(&job.folder.solid(), &solid)?;
+    fillings::build(job, observer)?;
     movers::build(job, observer)
 }
 

@@ -21,12 +21,15 @@ pub struct Scene {
     pub name: String,
     /// What the solver needs.
     pub sim: SimSettings,
-    /// How many particles there will be at most: bodies plus doses, walls not counted.
+    /// How many particles there will be at most: bodies plus doses, walls and what fills meshes not
+    /// counted.
     pub particles: u64,
     /// Walls with a closed formula, cannulas among them.
     pub shapes: Vec<Shape>,
     /// Walls given as meshes.
     pub meshes: Vec<MeshFile>,
+    /// Meshes that bodies of fluid fill, in the order of these bodies.
+    pub fillings: Vec<MeshFile>,
     /// Walls that move.
     pub movers: Vec<MovingWall>,
     /// Gauges.

@@ -74,8 +74,10 @@ pub struct BodyRecipe {
     pub r#box: Option<BoxRecipe>,
     /// or a ball,
     pub sphere: Option<SphereRecipe>,
-    /// or a cylinder.
+    /// or a cylinder,
     pub cylinder: Option<CylinderRecipe>,
+    /// or the inside of a mesh.
+    pub mesh: Option<MeshRecipe>,
     /// α of the polymer phase [1].
     pub polymer_fraction: Real,
     /// Start velocity; at rest if not given.

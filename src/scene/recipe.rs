@@ -102,9 +102,8 @@ impl Recipe {
     /// spacing, it stays.
     #[must_use]
     pub fn quick(&self) -> Self {
-        let mut recipe = self.clone();
+        let mut recipe = self.coarsened(1.5);
         recipe.name.push_str(" (quick)");
-        recipe.spacing = Length::from_si(self.coarser());
         recipe.duration = Time::from_si(self.duration.si() / 3.0);
         for inlet in &mut recipe.inlet {
             inlet.dose = Volume::from_si(inlet.dose.si() / 3.0);
@@ -112,9 +111,17 @@ impl Recipe {
         recipe
     }
 
-    fn coarser(&self) -> Real {
+    /// The same on particles about `times` as large, where periodic axes let it be.
+    #[must_use]
+    pub fn coarsened(&self, times: Real) -> Self {
+        let mut recipe = self.clone();
+        recipe.spacing = Length::from_si(self.coarser(times));
+        recipe
+    }
+
+    fn coarser(&self, times: Real) -> Real {
         let (fine, domain) = (self.spacing.si(), &self.domain);
-        let wanted = 1.5 * fine;
+        let wanted = times * fine;
         let along: Vec<Real> = self
             .periodic
             .iter()
@@ -154,7 +161,9 @@ impl Recipe {
                 .iter_mut()
                 .for_each(|volume| anchor(&mut volume.path));
         }
-        let meshes = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
+        let walls = recipe.wall.iter_mut().filter_map(|wall| wall.mesh.as_mut());
+        let bodies = recipe.body.iter_mut().filter_map(|body| body.mesh.as_mut());
+        let meshes = walls.chain(bodies);
         meshes.for_each(|mesh| anchor(&mut mesh.path));
         recipe
     }

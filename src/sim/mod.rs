@@ -27,7 +27,7 @@ pub use motion_law::{Motion, Path, Pose, Twist};
 pub use mover::MovingSolid;
 pub use probe::{Gauge, Probe, Sample};
 pub use settings::{
-    Body, BodyShape, ElasticWaves, Inlet, Scheme, SimSettings, StressStep, TimeStep,
+    Body, BodyShape, ElasticWaves, Inlet, Inside, Scheme, SimSettings, StressStep, TimeStep,
 };
 pub use simulation::{Simulation, StepReport};
 pub use state::{InletProgress, Progress, State};

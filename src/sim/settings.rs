@@ -2,8 +2,10 @@
 
 use crate::fluid::Cement;
 use crate::math::{Aabb, Real, Vec3};
+use crate::solid::Solid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A whole simulation: what, where, how finely, how long.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,6 +132,19 @@ pub enum BodyShape {
         /// Radius [m].
         radius: Real,
     },
+    /// The inside of a mesh.
+    Mesh(#[serde(skip)] Inside),
+}
+
+/// The inside of a mesh: its bounds and its signed distance, once it has been read.
+#[derive(Clone, Debug, Default)]
+pub struct Inside(pub Option<Arc<(Aabb, Solid)>>);
+
+/// Settings are what was told; what a file holds is compared where it is read.
+impl PartialEq for Inside {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// A round opening from which fluid is pressed at a given rate; the cannula's wall is part of the solid.

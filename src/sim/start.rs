@@ -1,7 +1,7 @@
 //! Fluid that is there at the start: bodies filled on a lattice, carved where a wall is.
 
 use super::mover::Scenery;
-use super::settings::{BodyShape, SimSettings};
+use super::settings::{BodyShape, Inside, SimSettings};
 use crate::fluid::FluidParticles;
 use crate::math::{Aabb, Real, Stream, Vec3};
 
@@ -15,6 +15,9 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
     let mut random = Stream::new(settings.seed, "start");
     for body in &settings.bodies {
         let bounds = bounds(&body.shape);
+        if bounds.is_empty() {
+            continue;
+        }
         // A box is filled evenly from face to face; half a spacing in from each.
         let count = bounds
             .extent()
@@ -66,6 +69,7 @@ fn bounds(shape: &BodyShape) -> Aabb {
                 max: base.sup(&top) + reach,
             }
         }
+        BodyShape::Mesh(Inside(read)) => read.as_ref().map_or(Aabb::around([]), |read| read.0),
     }
 }
 
@@ -82,5 +86,6 @@ fn holds(shape: &BodyShape, x: &Vec3) -> bool {
             let along = (x - base).dot(axis);
             (0.0..=*length).contains(&along) && (x - base - axis * along).norm() <= *radius
         }
+        BodyShape::Mesh(Inside(read)) => read.as_ref().is_some_and(|read| read.1.phi(x) < 0.0),
     }
 }

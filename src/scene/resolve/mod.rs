@@ -34,7 +34,7 @@ pub(super) fn resolve(
     c.require(!recipe.name.trim().is_empty(), "name", "must not be empty");
     let domain = c.bounds("domain", &recipe.domain);
 
-    let bodies = place::bodies(c, recipe, &domain);
+    let (bodies, fillings) = place::bodies(c, recipe, &domain, folder);
     let inlets = place::inlets(c, recipe, &domain);
     c.require(
         !bodies.is_empty() || !inlets.is_empty(),
@@ -72,6 +72,7 @@ pub(super) fn resolve(
         particles,
         shapes: walls.shapes,
         meshes: walls.meshes,
+        fillings,
         movers: walls.movers,
         probes: probe::probes(c, recipe),
         bone,
@@ -117,6 +118,8 @@ fn volume(shape: &BodyShape) -> Real {
         BodyShape::Box(bounds) => bounds.extent().product(),
         BodyShape::Sphere { radius, .. } => 4.0 / 3.0 * PI * radius.powi(3),
         BodyShape::Cylinder { length, radius, .. } => PI * radius.powi(2) * length,
+        // As much as is inside the file.
+        BodyShape::Mesh(_) => 0.0,
     }
 }
 

@@ -1,17 +1,26 @@
 //! Bodies and inlets.
 
 use super::check::{Checker, point};
+use super::wall::mesh_file;
 use crate::math::{Aabb, Real, Vec3};
+use crate::scene::MeshFile;
 use crate::scene::place::{BodyRecipe, CylinderRecipe, InletRecipe, Ratio, SphereRecipe};
 use crate::scene::recipe::Recipe;
-use crate::sim::{Body, BodyShape, Inlet};
+use crate::sim::{Body, BodyShape, Inlet, Inside};
 use crate::units::Velocity;
+use std::path::Path;
 
 /// Fewer spacings than this across an opening do not carry a flow profile.
 pub(super) const LEAST_ACROSS: Real = 3.0;
 
-pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec<Body> {
-    let mut bodies = Vec::new();
+/// Bodies, and the meshes of those that fill one, in their order.
+pub(super) fn bodies(
+    c: &mut Checker<'_>,
+    recipe: &Recipe,
+    domain: &Aabb,
+    folder: &Path,
+) -> (Vec<Body>, Vec<MeshFile>) {
+    let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
     for (n, body) in recipe.body.iter().enumerate() {
         let key = format!("body[{n}]");
         let polymer_fraction = c.within(
@@ -19,7 +28,7 @@ pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec
             body.polymer_fraction,
             0.0..=1.0,
         );
-        let Some((shape, bounds)) = body_shape(c, &key, body) else {
+        let Some((shape, bounds)) = body_shape(c, &key, body, domain) else {
             continue;
         };
         // A hair of tolerance: "0.1 m" as a centre plus a radius need not add up to the last bit.
@@ -29,6 +38,7 @@ pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec
             &key,
             "reaches out of the domain",
         );
+        meshes.extend(body.mesh.as_ref().map(|mesh| mesh_file(mesh, folder)));
         bodies.push(Body {
             shape,
             polymer_fraction,
@@ -37,16 +47,28 @@ pub(super) fn bodies(c: &mut Checker<'_>, recipe: &Recipe, domain: &Aabb) -> Vec
                 .map_or(Vec3::zeros(), |v| v.map(Velocity::si).into()),
         });
     }
-    bodies
+    (bodies, meshes)
 }
 
-fn body_shape(c: &mut Checker<'_>, key: &str, body: &BodyRecipe) -> Option<(BodyShape, Aabb)> {
+/// Its shape and its bounds; those of a mesh are not known yet.
+fn body_shape(
+    c: &mut Checker<'_>,
+    key: &str,
+    body: &BodyRecipe,
+    domain: &Aabb,
+) -> Option<(BodyShape, Aabb)> {
     let given = [
         body.r#box.is_some(),
         body.sphere.is_some(),
         body.cylinder.is_some(),
+        body.mesh.is_some(),
     ];
-    c.exactly_one(key, &["box", "sphere", "cylinder"], &given)?;
+    c.exactly_one(key, &["box", "sphere", "cylinder", "mesh"], &given)?;
+    if body.mesh.is_some() {
+        // Where it lies is seen when it is read.
+        let nowhere = Aabb::around([&domain.min]);
+        return Some((BodyShape::Mesh(Inside::default()), nowhere));
+    }
     if let Some(bounds) = &body.r#box {
         let bounds = c.bounds(&format!("{key}.box"), bounds);
         return Some((BodyShape::Box(bounds), bounds));
