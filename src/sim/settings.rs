@@ -30,6 +30,8 @@ pub struct SimSettings {
     pub domain: Aabb,
     /// Fixed or adaptive time step.
     pub time_step: TimeStep,
+    /// How far solvers go: their goals for volume strain and velocity, as a multiple of the usual ones [1].
+    pub tolerance: Real,
     /// What flows.
     pub cement: Cement,
     /// Fluid that is there at the start.
@@ -56,6 +58,17 @@ pub enum Scheme {
     ImmCt,
 }
 
+impl Scheme {
+    /// The word for it in recipes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dfsph => "dfsph",
+            Self::Imm => "imm",
+            Self::ImmCt => "imm_ct",
+        }
+    }
+}
+
 /// How viscous and viscoelastic stress are stepped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -66,6 +79,17 @@ pub enum StressStep {
     Coupled,
     /// Step by step: explicit where its limits allow the step of the coupled solve, coupled where they bind.
     Auto,
+}
+
+impl StressStep {
+    /// The word for it in recipes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Explicit => "explicit",
+            Self::Coupled => "coupled",
+            Self::Auto => "auto",
+        }
+    }
 }
 
 /// Elastic waves in a coupled step: whether noise is damped at their cost.

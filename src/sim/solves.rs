@@ -171,7 +171,8 @@ impl Stepper<'_> {
         } else {
             1.0
         };
-        let strain_rate = loose * SPLIT_TOLERANCE * self.reference_speed() / self.settings.spacing;
+        let tolerance = loose * SPLIT_TOLERANCE * self.settings.tolerance;
+        let strain_rate = tolerance * self.reference_speed() / self.settings.spacing;
         let goal = ApgdGoal {
             strain_rate,
             balance: loose * self.balance_goal(strain_rate),
@@ -208,11 +209,12 @@ impl Stepper<'_> {
             force[i] += start[i] * (self.mix.mass[i] / dt);
         }
         let u_ref = self.reference_speed();
-        let strain_rate = COUPLED_TOLERANCE * u_ref / self.settings.spacing;
+        let tolerance = COUPLED_TOLERANCE * self.settings.tolerance;
+        let strain_rate = tolerance * u_ref / self.settings.spacing;
         let goal = CoupledGoal {
             strain_rate,
             balance: self.balance_goal(strain_rate),
-            velocity: COUPLED_TOLERANCE * self.fastest().max(self.settings.gravity.norm() * dt),
+            velocity: tolerance * self.fastest().max(self.settings.gravity.norm() * dt),
         };
         let mut velocity = self.mix.velocity.clone();
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();

@@ -136,6 +136,7 @@ mod tests {
                 max: 1e-3,
                 cfl: 0.4,
             },
+            tolerance: 1.0,
             cement: Cement {
                 liquid: phase(940.0, 0.01),
                 polymer: phase(1180.0, 1.0),

@@ -56,6 +56,7 @@ pub(super) fn resolve(
         periodic: time::periodic(c, recipe, &domain),
         domain,
         time_step: time::time_step(c, recipe),
+        tolerance: c.within("tolerance", recipe.tolerance, 0.01..=100.0),
         cement: time::cement(c, recipe),
         bodies,
         inlets,
