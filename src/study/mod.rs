@@ -1,5 +1,6 @@
 //! Studies: one question, one table, one picture; and `verify`, which holds the program against exact solutions.
 
+mod accuracy;
 mod bench;
 mod error;
 pub mod exact;
@@ -36,6 +37,7 @@ pub const STUDIES: &[Study] = &[
     max_step::STUDY,
     mixing::STUDY,
     thinning::STUDY,
+    accuracy::STUDY,
     stress::STUDY,
 ];
 
