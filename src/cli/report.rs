@@ -91,16 +91,6 @@ pub(super) fn text(scene: &Scene) -> String {
     lines
 }
 
-fn numerics(sim: &SimSettings) -> String {
-    let step = match sim.time_step {
-        TimeStep::Fixed(dt) => format!("steps of {} ms", dt * 1e3),
-        TimeStep::Adaptive { cfl, .. } => format!("cfl {cfl}"),
-    };
-    let (tolerance, support) = (sim.tolerance, sim.support_ratio);
-    let (scheme, stress) = (sim.scheme.name(), sim.stress.name());
-    format!("{scheme}, {stress}, {step}, tolerance {tolerance}, support radius {support} spacings")
-}
-
 /// To a nanometre, so that the last bits of a difference do not show.
 fn millimetres(length: Real) -> Real {
     (length * 1e9).round() / 1e6
@@ -115,4 +105,15 @@ pub(super) fn json(scene: &Scene) -> String {
         "first_step": bounds_at_start(&scene.sim),
     });
     format!("{report:#}\n")
+}
+
+/// Scheme, step and solvers in a line.
+fn numerics(sim: &SimSettings) -> String {
+    let step = match sim.time_step {
+        TimeStep::Fixed(dt) => format!("steps of {} ms", dt * 1e3),
+        TimeStep::Adaptive { cfl, .. } => format!("cfl {cfl}"),
+    };
+    let (tolerance, support) = (sim.tolerance, sim.support_ratio);
+    let (scheme, stress) = (sim.scheme.name(), sim.stress.name());
+    format!("{scheme}, {stress}, {step}, tolerance {tolerance}, support radius {support} spacings")
 }
