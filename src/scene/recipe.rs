@@ -37,6 +37,9 @@ pub struct Recipe {
     /// What a coupled step does with elastic waves: `"damped"` (creeping flow) or `"resolved"`.
     #[serde(default)]
     pub elastic_waves: ElasticWaves,
+    /// θ of a coupled step: forces act on the velocity at its start (0) to its end (1), 0.5 to 1. 1 damps what the step does
+    /// not resolve; 0.55, the default with resolved waves, is nearly of second order and rings a little.
+    pub theta: Option<Real>,
     /// Distance between particles at rest.
     pub spacing: Length,
     /// Support radius of the kernel, in spacings.

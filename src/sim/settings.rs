@@ -14,6 +14,9 @@ pub struct SimSettings {
     pub stress: StressStep,
     /// What a coupled step does with elastic waves.
     pub elastic_waves: ElasticWaves,
+    /// θ of a coupled step: which velocity between start (0) and end (1) of a step its forces act on. 1 damps what the
+    /// step does not resolve, 1/2 is of second order and rings.
+    pub theta: Real,
     /// Distance between particles at rest [m].
     pub spacing: Real,
     /// Support radius of the kernel, in spacings.
@@ -101,6 +104,16 @@ pub enum ElasticWaves {
     Damped,
     /// Flow that swings: waves longer than eight spacings are kept, and so is more noise.
     Resolved,
+}
+
+impl ElasticWaves {
+    /// θ that suits them.
+    pub fn theta(self) -> Real {
+        match self {
+            Self::Damped => 1.0,
+            Self::Resolved => 0.55,
+        }
+    }
 }
 
 /// Time-step control.

@@ -124,6 +124,7 @@ mod tests {
             scheme,
             stress,
             elastic_waves: ElasticWaves::Damped,
+            theta: 1.0,
             spacing: DX,
             support_ratio: 2.4,
             duration: 1.0,

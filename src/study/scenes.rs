@@ -61,6 +61,7 @@ pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
         spacing,
         support_ratio: SUPPORT,
         elastic_waves: ElasticWaves::Damped,
+        theta: 1.0,
         duration: 1.0,
         frames_per_second: 10.0,
         gravity: Vec3::zeros(),

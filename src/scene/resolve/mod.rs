@@ -48,6 +48,11 @@ pub(super) fn resolve(
         scheme: recipe.scheme,
         stress: recipe.stress,
         elastic_waves: recipe.elastic_waves,
+        theta: c.within(
+            "theta",
+            recipe.theta.unwrap_or(recipe.elastic_waves.theta()),
+            0.5..=1.0,
+        ),
         spacing: recipe.spacing.si(),
         support_ratio: recipe.support_ratio,
         duration: c.positive("duration", recipe.duration.si()),
