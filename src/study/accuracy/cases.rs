@@ -167,6 +167,7 @@ fn waters_king(setting: &Setting) -> Result<Outcome, StudyError> {
     let speed = 8.0 * place.settings.spacing / fluid.relaxation_time;
     let force = 2.0 * viscosity * speed / (half * half);
     place.settings.elastic_waves = ElasticWaves::Resolved;
+    place.settings.theta = ElasticWaves::Resolved.theta();
     place.settings.cement = viscoelastic(
         DENSITY,
         fluid.solvent,
