@@ -79,6 +79,7 @@
 //! | [Waters70] | N. Waters, M. King, "Unsteady flow of an elastico-viscous liquid", Rheologica Acta 9 (1970) |
 //! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
 //! | [Bonet99] | J. Bonet, T.-S. Lok, "Variational and momentum preservation aspects of smooth particle hydrodynamic formulations", Comput. Methods Appl. Mech. Eng. 180 (1999) |
+//! | [Fatehi11] | R. Fatehi, M. Manzari, "Error estimation in smoothed particle hydrodynamics and a new scheme for second derivatives", Comput. Math. Appl. 61 (2011) |
 //! | [Lind12] | S. Lind, R. Xu, P. Stansby, B. Rogers, "Incompressible smoothed particle hydrodynamics for free-surface flows", J. Comput. Phys. 231 (2012) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
