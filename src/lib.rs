@@ -46,8 +46,16 @@
 //! `verify --level quick` before and after: Taylor-Green 74 % and 6.2 %, Giesekus channel 6.5 % and 4.8 %, spheres 6.9 % and
 //! 5.0 %, needle 1.9 % and 1.3 %, flow rates over steps of 1 to 1000 explicit limits: channel 3.7 % and 0.5 %, cylinders
 //! 15 % and 2.2 %. The level alone, without shifting: the shear cell is 13 % off. Shifting at free surfaces: a resting
-//! column moves twice as fast. What is left of Taylor-Green is the same at 32 and 64 across, at any step and at four
-//! times the shifting, and half of it at support ratio 3: operators on a lattice stretched 1.6 : 0.6.
+//! column moves twice as fast.
+//!
+//! Strain draws a lattice out to 1.6 : 0.6 spacings, and plain sums over neighbours then weigh one direction more. Undone
+//! on the pairs (`sph::straighten`) Taylor-Green at 32 across fell from 6.2 % to 2.6 %, the needle at 20 across from 1.3 %
+//! to 0.8 % with order 1.9 in place of 1.25, cylinders from 2.2 % to 1.1 %, spheres from 5.0 % to 4.4 %; gradients matter
+//! most, the Laplacian alone took Taylor-Green to 6.1 %. Half of what pressure took of the disorder in closed bodies (0.1
+//! in place of 0.2 of it): spheres 3.8 %, Taylor-Green 2.2 %, cylinders 2.1 % (noise of the packing, no trend in the step).
+//! θ = 0.55 in place of 1: Oldroyd wave 4.4 % to 2.7 %, Waters-King 5.3 % to 3.3 %. Stabiliser of χ = 0.6 in place of 1:
+//! see `fluid::stress`. Solver goals ten times finer: Taylor-Green 1.9 %, Oldroyd wave 3.7 % (θ = 1), no slower there.
+//! No effect: shifting three times as strong or weak.
 //!
 //! The needle of `tests/physics` (8 mm, five spacings across, Newtonian) at steps of 1, 1/10, 1/100 of the CFL limit: 8334,
 //! 8354, 8503 Pa; viscoelastic 5194, 5229 Pa at 1 and 1/10; at 0.044, 0.44, 4.4, 44 Pa s its pressure over viscosity is
@@ -70,6 +78,8 @@
 //! | [Morris97] | J. Morris, P. Fox, Y. Zhu, "Modeling low Reynolds number incompressible flows using SPH", J. Comput. Phys. 136 (1997) |
 //! | [Waters70] | N. Waters, M. King, "Unsteady flow of an elastico-viscous liquid", Rheologica Acta 9 (1970) |
 //! | [Zalesak79] | S. Zalesak, "Fully multidimensional flux-corrected transport…", J. Comput. Phys. 31 (1979) |
+//! | [Bonet99] | J. Bonet, T.-S. Lok, "Variational and momentum preservation aspects of smooth particle hydrodynamic formulations", Comput. Methods Appl. Mech. Eng. 180 (1999) |
+//! | [Fatehi11] | R. Fatehi, M. Manzari, "Error estimation in smoothed particle hydrodynamics and a new scheme for second derivatives", Comput. Math. Appl. 61 (2011) |
 //! | [Lind12] | S. Lind, R. Xu, P. Stansby, B. Rogers, "Incompressible smoothed particle hydrodynamics for free-surface flows", J. Comput. Phys. 231 (2012) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |

@@ -4,7 +4,7 @@ use crate::bone::Struts;
 use crate::flow::Forecast;
 use crate::math::Real;
 use crate::scene::Scene;
-use crate::sim::{Scheme, bounds_at_start};
+use crate::sim::{Scheme, SimSettings, TimeStep, bounds_at_start};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -35,6 +35,7 @@ pub(super) fn text(scene: &Scene, forecast: Option<&Forecast>) -> String {
         "domain",
         format!("{} × {} × {} mm", extent.x, extent.y, extent.z),
     );
+    line("numerics", numerics(sim));
     let mut fractions: Vec<Real> = sim.bodies.iter().map(|b| b.polymer_fraction).collect();
     fractions.extend(sim.inlets.iter().map(|inlet| inlet.polymer_fraction));
     fractions.sort_by(Real::total_cmp);
@@ -180,4 +181,15 @@ pub(super) fn json(scene: &Scene, forecast: Option<&Forecast>) -> String {
         "forecast": forecast,
     });
     format!("{report:#}\n")
+}
+
+/// Scheme, step and solvers in a line.
+fn numerics(sim: &SimSettings) -> String {
+    let step = match sim.time_step {
+        TimeStep::Fixed(dt) => format!("steps of {} ms", dt * 1e3),
+        TimeStep::Adaptive { cfl, .. } => format!("cfl {cfl}"),
+    };
+    let (tolerance, support) = (sim.tolerance, sim.support_ratio);
+    let (scheme, stress) = (sim.scheme.name(), sim.stress.name());
+    format!("{scheme}, {stress}, {step}, tolerance {tolerance}, support radius {support} spacings")
 }

@@ -31,7 +31,7 @@ struct Origin {
 }
 
 /// Settings that may differ when a simulation goes on; the rest would make another scene of it.
-const FREE: [&str; 8] = [
+const FREE: [&str; 9] = [
     "duration",
     "time_step",
     "cement",
@@ -39,6 +39,7 @@ const FREE: [&str; 8] = [
     "scheme",
     "stress",
     "elastic_waves",
+    "theta",
     "skip_unneeded",
 ];
 

@@ -1,5 +1,6 @@
 //! The text of a recipe: where each key stands, what `--set` puts in its place, and errors that say so.
 
+use super::accuracy::Accuracy;
 use super::error::{Finding, SceneError};
 use super::recipe::Recipe;
 use serde::Deserialize;
@@ -52,9 +53,9 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// Gives every key its type, and the time step its defaults.
+    /// Gives every key its type; `accuracy` and the time step fill in what is not given.
     pub fn recipe(&self) -> Result<Recipe, SceneError> {
-        let typed = Recipe::deserialize(toml::Deserializer::from(self.root.clone()));
+        let typed = Recipe::deserialize(toml::Deserializer::from(self.with_preset()));
         let recipe = typed.map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             let key = path_of(self.root.get_ref(), &span).unwrap_or_default();
@@ -69,6 +70,25 @@ impl<'a> Document<'a> {
             time_step: recipe.time_step.filled(),
             ..recipe
         })
+    }
+
+    /// The tables with what the preset named by `accuracy` says about keys that are not given.
+    fn with_preset(&self) -> Spanned<DeTable<'a>> {
+        let mut root = self.root.clone();
+        let named = self.root.get_ref().get("accuracy");
+        let preset = named.and_then(|value| Accuracy::named(value.get_ref().as_str()?));
+        let (Some(named), Some(preset)) = (named, preset) else {
+            return root;
+        };
+        let at = named.span().start;
+        for &(path, value) in preset.keys() {
+            let steps = steps(path).unwrap_or_default();
+            if !gives(root.get_ref(), &steps) {
+                // A key that stands where a table belongs is refused when it gets its type.
+                let _ = set(root.get_mut(), &steps, typed(value, at), at);
+            }
+        }
+        root
     }
 
     /// Where a key stands, or else the table that should hold it.
@@ -188,6 +208,18 @@ fn set<'a>(
     match slot.get_mut() {
         DeValue::Table(inner) => set(inner, rest, value, at),
         _ => Err(format!("`{name}` is no table")),
+    }
+}
+
+/// Whether a key is given, or for the step's length a `fixed` one, which leaves no room for others.
+fn gives(table: &DeTable<'_>, steps: &[Step<'_>]) -> bool {
+    match steps {
+        [Step::Key(name)] => table.contains_key(*name) || table.contains_key("fixed"),
+        [Step::Key(name), rest @ ..] => table
+            .get(*name)
+            .and_then(|value| value.get_ref().as_table())
+            .is_some_and(|inner| gives(inner, rest)),
+        _ => false,
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a recipe says, then what it means: checked, in SI, ready for the rooms below.
 
+mod accuracy;
 mod bone;
 mod document;
 mod error;
@@ -10,6 +11,7 @@ mod recipe;
 mod resolve;
 mod show;
 
+pub use accuracy::Accuracy;
 pub use bone::{
     BoneFrame, BoneRecipe, CrackRecipe, GradientRecipe, PaintedRecipe, RegionRecipe, VeinRecipe,
     VolumeMeaning, VolumeRecipe,

@@ -2,6 +2,7 @@
 //!
 //! Serialised again with all defaults filled in it is `recipe.lock.toml`, which is itself a recipe.
 
+use super::accuracy::Accuracy;
 use super::bone::BoneRecipe;
 use super::place::{BodyRecipe, BoxRecipe, InletRecipe, WallRecipe};
 use super::probe::ProbeRecipe;
@@ -27,17 +28,26 @@ pub struct Recipe {
     /// Which list of terms a step is: `"imm_ct"`, `"imm"` or `"dfsph"`.
     #[serde(default = "default_scheme")]
     pub scheme: Scheme,
+    /// `"fast"`, `"balanced"` or `"accurate"`: sets what is not given of `stress`, `support_ratio` and
+    /// `time_step.cfl` as `study accuracy` found best. The spacing stays as it is.
+    pub accuracy: Option<Accuracy>,
     /// `"coupled"` (steps at the CFL limit), `"explicit"`, or `"auto"` (coupled where the explicit limits bind).
     #[serde(default = "default_stress")]
     pub stress: StressStep,
     /// What a coupled step does with elastic waves: `"damped"` (creeping flow) or `"resolved"`.
     #[serde(default)]
     pub elastic_waves: ElasticWaves,
+    /// θ of a coupled step: forces act on the velocity at its start (0) to its end (1), 0.5 to 1. 1 damps what the step does
+    /// not resolve; 0.55, the default with resolved waves, is nearly of second order and rings a little.
+    pub theta: Option<Real>,
     /// Distance between particles at rest.
     pub spacing: Length,
     /// Support radius of the kernel, in spacings.
     #[serde(default = "default_support_ratio")]
     pub support_ratio: Real,
+    /// How far the solvers go, as a multiple of their usual goals: below 1 is more exact and slower.
+    #[serde(default = "default_tolerance")]
+    pub tolerance: Real,
     /// Simulated time.
     pub duration: Time,
     /// Frames per simulated second.
@@ -346,6 +356,10 @@ fn default_stress() -> StressStep {
 /// Balanced: 2.0 is faster, 3.0 more accurate; below 2.4 a resting column shows an odd–even pressure.
 fn default_support_ratio() -> Real {
     2.4
+}
+
+fn default_tolerance() -> Real {
+    1.0
 }
 
 fn default_gravity() -> [Acceleration; 3] {

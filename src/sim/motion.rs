@@ -24,6 +24,7 @@ impl Stepper<'_> {
     pub fn move_particles(&mut self) {
         let dt = self.dt;
         let shift = self.shift();
+        let velocity = self.carrying_velocity();
         let (near, domain) = (&self.near, self.domain);
         let before = self.around.at(self.time);
         let after = self.around.at(self.time + dt);
@@ -34,7 +35,7 @@ impl Stepper<'_> {
             .enumerate()
             .with_min_len(128)
             .for_each(|(i, x)| {
-                let aim = *x + self.mix.velocity[i] * dt + shift[i];
+                let aim = *x + velocity[i] * dt + shift[i];
                 let open = near.wall.row(i).is_empty();
                 *x = domain.wrapped(if open {
                     aim

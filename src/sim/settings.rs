@@ -16,6 +16,9 @@ pub struct SimSettings {
     pub stress: StressStep,
     /// What a coupled step does with elastic waves.
     pub elastic_waves: ElasticWaves,
+    /// θ of a coupled step: which velocity between start (0) and end (1) of a step its forces act on. 1 damps what the
+    /// step does not resolve, 1/2 is of second order and rings.
+    pub theta: Real,
     /// Distance between particles at rest [m].
     pub spacing: Real,
     /// Support radius of the kernel, in spacings.
@@ -32,6 +35,8 @@ pub struct SimSettings {
     pub domain: Aabb,
     /// Fixed or adaptive time step.
     pub time_step: TimeStep,
+    /// How far solvers go: their goals for volume strain and velocity, as a multiple of the usual ones [1].
+    pub tolerance: Real,
     /// What flows.
     pub cement: Cement,
     /// Fluid that is there at the start.
@@ -58,6 +63,17 @@ pub enum Scheme {
     ImmCt,
 }
 
+impl Scheme {
+    /// The word for it in recipes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dfsph => "dfsph",
+            Self::Imm => "imm",
+            Self::ImmCt => "imm_ct",
+        }
+    }
+}
+
 /// How viscous and viscoelastic stress are stepped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -70,6 +86,17 @@ pub enum StressStep {
     Auto,
 }
 
+impl StressStep {
+    /// The word for it in recipes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Explicit => "explicit",
+            Self::Coupled => "coupled",
+            Self::Auto => "auto",
+        }
+    }
+}
+
 /// Elastic waves in a coupled step: whether noise is damped at their cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -79,6 +106,16 @@ pub enum ElasticWaves {
     Damped,
     /// Flow that swings: waves longer than eight spacings are kept, and so is more noise.
     Resolved,
+}
+
+impl ElasticWaves {
+    /// θ that suits them.
+    pub fn theta(self) -> Real {
+        match self {
+            Self::Damped => 1.0,
+            Self::Resolved => 0.55,
+        }
+    }
 }
 
 /// Time-step control.

@@ -240,6 +240,7 @@ impl Simulation {
             moving: MovingWalls::default(),
             mix: MixtureFields::default(),
             gradient: Vec::new(),
+            lead: Vec::new(),
             closed: false,
             stress: self.settings.stress,
             caution: self.caution,

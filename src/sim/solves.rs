@@ -12,9 +12,6 @@ use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;
-/// |Σ V ∇W| Δx from which neighbours are on one side: 0.3 to 0.6 at a plane surface, at most 0.12 in an array of
-/// cylinders.
-const ONE_SIDED: Real = 0.25;
 /// Volume strain that a split solve may leave, per u_ref dt/dx.
 const SPLIT_TOLERANCE: Real = 1e-4;
 /// The same, and the velocity residual per u_ref, for the coupled solve.
@@ -26,7 +23,7 @@ const MOST_SWEEPS: usize = 600;
 const CORRECTION: Real = 0.4;
 /// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure
 /// takes.
-const CLOSED_CORRECTION: Real = 0.2;
+const CLOSED_CORRECTION: Real = 0.1;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -86,9 +83,8 @@ impl Stepper<'_> {
     /// side; in a gap between disordered particles, all round. (ψ cannot tell: a surface that rests comes up to 1.)
     pub(super) fn find_closed(&self) -> bool {
         let near = &*self.near;
-        let one_sided = |i: usize| near.crowding(i).norm() * self.settings.spacing > ONE_SIDED;
         let all = (0..near.len()).into_par_iter().with_min_len(256);
-        self.inlets.is_empty() && !all.any(one_sided)
+        self.inlets.is_empty() && !all.any(|i| near.one_sided(i))
     }
 
     /// Takes the least pressure [Pa] of a closed body off its guess: only differences mean anything there, and a level
@@ -171,7 +167,8 @@ impl Stepper<'_> {
         } else {
             1.0
         };
-        let strain_rate = loose * SPLIT_TOLERANCE * self.reference_speed() / self.settings.spacing;
+        let tolerance = loose * SPLIT_TOLERANCE * self.settings.tolerance;
+        let strain_rate = tolerance * self.reference_speed() / self.settings.spacing;
         let goal = ApgdGoal {
             strain_rate,
             balance: loose * self.balance_goal(strain_rate),
@@ -194,7 +191,8 @@ impl Stepper<'_> {
 
     pub(super) fn solve_coupled(&mut self, viscosity: &[Real], mean: Mean, mut force: Vec<Vec3>) {
         let n = self.fluid.len();
-        let dt = self.dt;
+        // v_θ is what an implicit Euler step of θ dt comes to; the end of the step lies beyond it on the same line.
+        let dt = self.settings.theta * self.dt;
         let operator = PressureOperator { near: self.near };
         let closed = self.closed;
         let excess = self.correction_rate(&operator, self.correction_time());
@@ -208,11 +206,12 @@ impl Stepper<'_> {
             force[i] += start[i] * (self.mix.mass[i] / dt);
         }
         let u_ref = self.reference_speed();
-        let strain_rate = COUPLED_TOLERANCE * u_ref / self.settings.spacing;
+        let tolerance = COUPLED_TOLERANCE * self.settings.tolerance;
+        let strain_rate = tolerance * u_ref / self.settings.spacing;
         let goal = CoupledGoal {
             strain_rate,
             balance: self.balance_goal(strain_rate),
-            velocity: COUPLED_TOLERANCE * self.fastest().max(self.settings.gravity.norm() * dt),
+            velocity: tolerance * self.fastest().max(self.settings.gravity.norm() * dt),
         };
         let mut velocity = self.mix.velocity.clone();
         let mut pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
@@ -248,8 +247,17 @@ impl Stepper<'_> {
                 *v -= drift;
             }
         }
+        self.lead.clear();
+        if self.settings.theta < 1.0 {
+            let beyond = 1.0 / self.settings.theta - 1.0;
+            for (v, before) in velocity.iter_mut().zip(&self.mix.velocity) {
+                let step = (*v - before) * beyond;
+                *v += step;
+                self.lead.push(-step);
+            }
+        }
         // Gravity moves all phases alike; the rest of the change is force, shared out by C_d.
-        mixture::accelerate(self.fluid, &self.settings.gravity, dt);
+        mixture::accelerate(self.fluid, &self.settings.gravity, self.dt);
         self.mix.refresh_velocity(self.fluid);
         self.accept(0, &pressure, &velocity);
         self.note(

@@ -124,6 +124,7 @@ mod tests {
             scheme,
             stress,
             elastic_waves: ElasticWaves::Damped,
+            theta: 1.0,
             spacing: DX,
             support_ratio: 2.4,
             duration: 1.0,
@@ -136,6 +137,7 @@ mod tests {
                 max: 1e-3,
                 cfl: 0.4,
             },
+            tolerance: 1.0,
             cement: Cement {
                 liquid: phase(940.0, 0.01),
                 polymer: phase(1180.0, 1.0),

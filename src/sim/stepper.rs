@@ -47,6 +47,8 @@ pub struct Stepper<'a> {
     pub moving: MovingWalls,
     pub mix: MixtureFields,
     pub gradient: Vec<Mat3>,
+    /// v_θ − v of the end of the step [m/s], once they differ: forces act on v_θ, and particles move with it.
+    pub lead: Vec<Vec3>,
     /// Whether the fluid has neither a free surface nor a way in or out.
     pub closed: bool,
     /// How this step's stress is stepped.
@@ -89,6 +91,10 @@ impl Stepper<'_> {
         self.report.pairs = self.near.fluid.entries();
         self.report.awake = self.near.awake;
         self.closed = self.find_closed();
+        let cement = &self.settings.cement;
+        if self.closed || cement.liquid.viscosity.max(cement.polymer.viscosity) > 0.0 {
+            self.near.straighten(self.closed);
+        }
         self.report.converged = true;
     }
 
@@ -117,8 +123,17 @@ impl Stepper<'_> {
 
     /// L from v_mix (Eq. 2).
     pub fn refresh_gradient(&mut self) {
-        self.near.correct();
-        self.gradient = velocity_gradient(self.near, &self.mix.velocity);
+        self.near.straighten(self.closed);
+        self.gradient = velocity_gradient(self.near, &self.carrying_velocity());
+    }
+
+    /// v_θ of the mixture [m/s]: what strains the polymer and moves particles.
+    pub(super) fn carrying_velocity(&self) -> Vec<Vec3> {
+        let mut velocity = self.mix.velocity.clone();
+        for (v, lead) in velocity.iter_mut().zip(&self.lead) {
+            *v += lead;
+        }
+        velocity
     }
 
     /// Chooses dt; `left` [s] remain to the end of the frame.

@@ -13,6 +13,7 @@ mod preconditioner;
 mod pressure;
 mod repeated;
 mod rows;
+mod straighten;
 mod walls;
 
 pub use apgd::{ApgdGoal, PressureOutcome, solve_pressure};

@@ -4,7 +4,7 @@
 //! summed in f64.
 
 use super::{Cells, Domain, Kernel, MovingWalls, Rows, Walls};
-use crate::math::{Mat3, Real, Vec3};
+use crate::math::{Mat3, Real, Sym3, Vec3};
 use rayon::prelude::*;
 
 /// What most operators need of two fluid particles i, j: one load of four lanes.
@@ -19,9 +19,9 @@ pub struct Link {
 
 /// What some operators need besides.
 #[derive(Clone, Copy, Debug)]
-struct Bell {
-    steepness: f32,
-    weight: f32,
+pub(super) struct Bell {
+    pub(super) steepness: f32,
+    pub(super) weight: f32,
 }
 
 /// Two fluid particles i, j.
@@ -79,7 +79,7 @@ pub struct Neighbourhood {
     pub rest_volume: Real,
     /// Fluid neighbours of each fluid particle, itself left out.
     pub fluid: Rows<Link>,
-    bells: Rows<Bell>,
+    pub(super) bells: Rows<Bell>,
     /// Wall neighbours of each fluid particle.
     pub wall: Rows<WallPair>,
     /// Fluid neighbours of each active wall particle.
@@ -98,9 +98,14 @@ pub struct Neighbourhood {
     pub compression: Vec<Real>,
     /// m_i = (1/3) Σ V_j (−W'/r) r² [1]: 1 in the continuum; floored at free surfaces.
     pub trace: Vec<Real>,
-    /// B_i: inverse of −Σ V_j x_ij ⊗ ∇W_ij, the identity where that is ill-conditioned; empty before
-    /// [`Neighbourhood::correct`].
+    /// B_i, with which a gradient in difference form is exact for linear fields; empty before
+    /// [`Neighbourhood::straighten`].
     pub correction: Vec<Mat3>,
+    /// S_i, which directions the Laplacian weighs more [1]: the identity on a lattice; empty before
+    /// [`Neighbourhood::straighten`].
+    pub(super) shape: Vec<Sym3>,
+    /// What takes straightened gradients at walls back to those of the kernel; empty unless they were straightened.
+    pub(super) moment: Vec<Mat3>,
     /// How many of the static walls are awake: the first of the active wall particles.
     pub awake: usize,
     /// Which of the moving wall particles the others are.
@@ -310,6 +315,8 @@ impl Neighbourhood {
             })
             .unzip_into_vecs(&mut self.compression, &mut self.trace);
         self.correction.clear();
+        self.shape.clear();
+        self.moment.clear();
         self.spacing = spacing;
         self.rest_volume = rest_volume;
         self.awake = active.iter().filter(|&&b| b < static_count).count();
@@ -322,39 +329,6 @@ impl Neighbourhood {
         self.wall_spin = wall_spin;
         self.wall_volume = wall_volume;
         self.wall_excess = wall_excess;
-    }
-
-    /// Finds B, which only the velocity gradient needs, unless it is there already.
-    pub fn correct(&mut self) {
-        if self.correction.len() == self.len() {
-            return;
-        }
-        let mut correction = std::mem::take(&mut self.correction);
-        let product = |gradient: [f32; 3], steepness: f32| {
-            let g = vector(gradient);
-            if steepness > 0.0 {
-                g * g.transpose() / Real::from(steepness)
-            } else {
-                Mat3::zeros()
-            }
-        };
-        (0..self.len())
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|i| {
-                let mut moment = Mat3::zeros();
-                for (link, bell) in self.fluid.row(i).iter().zip(self.bells.row(i)) {
-                    moment += product(link.gradient, bell.steepness);
-                }
-                for pair in self.wall.row(i) {
-                    moment += product(pair.gradient, pair.steepness);
-                }
-                // A half-filled neighbourhood has no reliable inverse: there the plain gradient stays.
-                let inverse = (moment.determinant() > 0.3).then(|| moment.try_inverse());
-                inverse.flatten().unwrap_or_else(Mat3::identity)
-            })
-            .collect_into_vec(&mut correction);
-        self.correction = correction;
     }
 
     /// The fluid neighbours of particle i with all there is to know of them.
@@ -387,13 +361,13 @@ impl Neighbourhood {
     ///
     /// With it a fluid that turns like the wall is not sheared by it: v_b = u_w − β (v_i − u_w) is then ω × x_b.
     #[inline]
-    pub fn surface_velocity(&self, pair: &WallPair) -> Vec3 {
+    pub fn surface_velocity(&self, i: usize, pair: &WallPair) -> Vec3 {
         let b = pair.b as usize;
         let velocity = self.wall_velocity[b];
         match self.wall_spin.get(b) {
             Some(spin) if pair.steepness > 0.0 => {
                 let beta = Real::from(pair.beta);
-                let x_ib = -vector(pair.gradient) / Real::from(pair.steepness);
+                let x_ib = -self.kernel_gradient(i, pair) / Real::from(pair.steepness);
                 velocity + spin.cross(&x_ib) * (beta / (1.0 + beta))
             }
             _ => velocity,

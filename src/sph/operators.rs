@@ -11,7 +11,7 @@ const GRAIN: usize = 128;
 /// the velocity is carried on linearly, zero slip at the true surface.
 ///
 /// Exact for a linear field, also beside a plane wall and on disordered particles. Needs
-/// [`Neighbourhood::correct`].
+/// [`Neighbourhood::straighten`].
 pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
     (0..near.len())
         .into_par_iter()
@@ -23,7 +23,7 @@ pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
                 sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
             }
             for pair in near.wall.row(i) {
-                let slip = v_i - near.surface_velocity(pair);
+                let slip = v_i - near.surface_velocity(i, pair);
                 sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
             }
             sum * near.correction[i]
@@ -65,9 +65,9 @@ pub fn laplacian_weight(near: &Neighbourhood, i: usize, pair: &Pair) -> Real {
 pub fn wall_friction(near: &Neighbourhood, i: usize) -> (Real, Vec3) {
     let (mut friction, mut carried) = (0.0, Vec3::zeros());
     for pair in near.wall.row(i) {
-        let k = 2.0 * Real::from(pair.steepness) * (1.0 + Real::from(pair.beta)) / near.trace[i];
+        let k = near.wall_weight(i, pair) * (1.0 + Real::from(pair.beta));
         friction += k;
-        carried += near.surface_velocity(pair) * k;
+        carried += near.surface_velocity(i, pair) * k;
     }
     (friction, carried)
 }

@@ -120,6 +120,24 @@ impl<T: Copy + Send + Sync> Rows<T> {
         &block.data[block.first[r] as usize..block.first[r + 1] as usize]
     }
 
+    /// Rewrites every entry in place together with that of `other` in the same place, given their row.
+    pub fn for_each_mut_with<U: Send>(
+        &mut self,
+        other: &mut Rows<U>,
+        change: impl Fn(usize, &mut T, &mut U) + Sync,
+    ) {
+        let blocks = self.blocks.par_iter_mut().zip(&mut other.blocks);
+        blocks.enumerate().for_each(|(number, (block, others))| {
+            for (r, ends) in block.first.windows(2).enumerate() {
+                let own = &mut block.data[ends[0] as usize..ends[1] as usize];
+                let their = &mut others.data[ends[0] as usize..ends[1] as usize];
+                for (a, b) in own.iter_mut().zip(their) {
+                    change(number * BLOCK + r, a, b);
+                }
+            }
+        });
+    }
+
     /// Rewrites every entry in place, given its row.
     pub fn for_each_mut(&mut self, change: impl Fn(usize, &mut T) + Sync) {
         self.blocks

@@ -3,6 +3,7 @@
 //! Reached with `--level quick` (2 mm, 0.4 s, one seed) at 1 : 1000, in CFL steps of 1.7 ms: imm 0.125, explicit imm_ct 0.71
 //! with λ = 50 ms and 0.35 with 1 ms, everything coupled at least 2, which is as far as the search goes.
 
+use super::scenes::SUPPORT;
 use super::tank::{Fate, LIQUID, Tank, cfl_step, tip_speed};
 use super::{Bench, Findings, Study, StudyError};
 use crate::math::Real;
@@ -177,6 +178,8 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
                         step: Some(share * cfl),
                         seed,
                         duration,
+                        tolerance: 1.0,
+                        support_ratio: SUPPORT,
                     };
                     let run =
                         format!("{name}-{viscosity}-{seed}-{share:.5}").replace([' ', ','], "_");
@@ -203,8 +206,8 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
                     bracket.pass.map_or(Cell::None, Into::into),
                     step(bracket.fail),
                     at(bracket.fail)
-                        .and_then(|f| f.collapse.as_deref())
-                        .unwrap_or("none failed")
+                        .and_then(|f| f.collapse)
+                        .map_or("none failed".to_owned(), |why| why.to_string())
                         .into(),
                     if bracket.ragged { "no" } else { "yes" }.into(),
                     at(bracket.pass).map_or(Cell::None, |f| f.cost.into()),

@@ -4,6 +4,7 @@
 //! at 1 : 10 and 1 : 100; imm_ct is stable at all three and leaves 0.24, 0.06 and 0.14: thin liquids part again in the
 //! whirl, as the polymer is a quarter heavier.
 
+use super::scenes::SUPPORT;
 use super::tank::{Fate, LIQUID, Tank, cfl_step};
 use super::{Bench, Findings, Study, StudyError};
 use crate::math::{Aabb, Real, Vec3};
@@ -68,12 +69,15 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
                 step: Some(step),
                 seed: 1,
                 duration,
+                tolerance: 1.0,
+                support_ratio: SUPPORT,
             };
             let run = format!("{name}-{viscosity}");
             let (fate, _) = bench.run(&run, &tank, || tank.run(&run))?;
             let mixed = mixed_after(&fate);
             let left = fate.segregation.last().map_or(1.0, |entry| entry[1]);
-            let ended = fate.collapse.as_deref().unwrap_or("stable");
+            let ended = fate.collapse.map(|why| why.to_string());
+            let ended = ended.unwrap_or_else(|| "stable".into());
             table.row(vec![
                 name.into(),
                 (viscosity / LIQUID).into(),

@@ -1,5 +1,6 @@
 //! Studies: one question, one table, one picture; and `verify`, which holds the program against exact solutions.
 
+mod accuracy;
 mod bench;
 mod error;
 pub mod exact;
@@ -7,9 +8,11 @@ mod max_step;
 mod mixing;
 pub mod scenes;
 mod shear_cell;
+mod stress;
 mod tank;
 mod thinning;
 pub mod verify;
+mod watch;
 
 pub use bench::{Bench, Level};
 pub use error::StudyError;
@@ -30,7 +33,13 @@ pub struct Study {
 }
 
 /// Every study.
-pub const STUDIES: &[Study] = &[max_step::STUDY, mixing::STUDY, thinning::STUDY];
+pub const STUDIES: &[Study] = &[
+    max_step::STUDY,
+    mixing::STUDY,
+    thinning::STUDY,
+    accuracy::STUDY,
+    stress::STUDY,
+];
 
 /// What a study found. The first table and the first picture carry its name alone.
 #[derive(Clone, Debug, Default)]

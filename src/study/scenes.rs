@@ -50,14 +50,18 @@ pub fn viscoelastic(
     }
 }
 
+/// Support radius of cases, in spacings.
+pub const SUPPORT: Real = 2.4;
+
 /// What a case starts from: no gravity, no fluid, one coupled solve a step.
 pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
     SimSettings {
         scheme: Scheme::Dfsph,
         stress: StressStep::Coupled,
         spacing,
-        support_ratio: 2.4,
+        support_ratio: SUPPORT,
         elastic_waves: ElasticWaves::Damped,
+        theta: 1.0,
         duration: 1.0,
         frames_per_second: 10.0,
         gravity: Vec3::zeros(),
@@ -68,6 +72,7 @@ pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
             max: 1.0,
             cfl: 0.4,
         },
+        tolerance: 1.0,
         cement: newtonian(1000.0, 1.0),
         bodies: Vec::new(),
         inlets: Vec::new(),
@@ -222,6 +227,11 @@ fn walls(solid: &Solid, region: &Aabb, settings: &SimSettings, lie: Lie) -> Wall
 
 /// Plates at y = ± gap/2, `across` spacings apart; periodic along x (10 spacings) and z (7).
 pub fn channel(gap: Real, across: u32, lie: Lie) -> Place {
+    channel_with(gap, across, lie, SUPPORT)
+}
+
+/// The same with another support radius, in spacings.
+pub fn channel_with(gap: Real, across: u32, lie: Lie, support_ratio: Real) -> Place {
     let dx = gap / Real::from(across);
     let plate = |side: Real| Shape::HalfSpace {
         point: Vec3::new(0.0, 0.5 * side * gap, 0.0),
@@ -241,6 +251,7 @@ pub fn channel(gap: Real, across: u32, lie: Lie) -> Place {
         max: bounds.max + reach,
     };
     let mut settings = settings(dx, domain);
+    settings.support_ratio = support_ratio;
     settings.periodic = [true, false, true];
     settings.bodies = vec![body(BodyShape::Box(bounds), 1.0)];
     let walls = walls(&solid, &domain, &settings, lie);
@@ -324,8 +335,14 @@ pub fn pipe(radius: Real, across: u32, lie: Lie) -> Place {
 
 /// A cell of `size` [m] with an obstacle in its middle, `across` spacings wide; periodic along all axes.
 pub fn around(size: Vec3, spacing: Real, solid: Solid) -> Place {
+    around_with(size, spacing, solid, SUPPORT)
+}
+
+/// The same with another support radius, in spacings.
+pub fn around_with(size: Vec3, spacing: Real, solid: Solid, support_ratio: Real) -> Place {
     let domain = boxed(size);
     let mut settings = settings(spacing, domain);
+    settings.support_ratio = support_ratio;
     settings.periodic = [true; 3];
     settings.bodies = vec![body(BodyShape::Box(domain), 1.0)];
     let walls = wall_particles(

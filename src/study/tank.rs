@@ -2,10 +2,11 @@
 
 use super::StudyError;
 use super::scenes::{Place, newtonian, settings};
+use super::watch::{Bounds, Collapse, Watch};
 use crate::fluid::{Cement, PhaseMaterial};
 use crate::math::{Aabb, Real, Vec3};
 use crate::sim::{
-    Body, BodyShape, Motion, MovingSolid, Path, Scheme, SimError, Simulation, StressStep, TimeStep,
+    Body, BodyShape, Motion, MovingSolid, Path, Scheme, Simulation, StressStep, TimeStep,
 };
 use crate::solid::fan::{self, FanSettings};
 use crate::solid::{Shape, Solid, mesh_grid, wall_particles};
@@ -35,6 +36,10 @@ pub struct Tank {
     pub seed: u64,
     /// Simulated time [s].
     pub duration: Real,
+    /// Of the solvers, as [`crate::sim::SimSettings::tolerance`].
+    pub tolerance: Real,
+    /// Support radius, in spacings.
+    pub support_ratio: Real,
 }
 
 /// Viscosity of the liquid [Pa·s].
@@ -54,7 +59,7 @@ pub struct Fate {
     /// Steps made.
     pub steps: u64,
     /// Why it collapsed, if it did.
-    pub collapse: Option<String>,
+    pub collapse: Option<Collapse>,
     /// Time [s] and intensity of segregation, fifty times a second.
     pub segregation: Vec<[Real; 2]>,
     /// Wall-clock time per simulated time [1].
@@ -78,17 +83,24 @@ impl Tank {
     pub fn run(&self, name: &str) -> Result<Fate, StudyError> {
         let mut simulation = self.place()?.start(name)?;
         let begun = std::time::Instant::now();
-        let mut watch = Watch::default();
+        let reach = 2.0 * self.spacing;
+        let outside =
+            |x: &Vec3| x.x.hypot(x.y) > RADIUS + reach || x.z < -reach || x.z > HEIGHT + reach;
+        // What the fan does is at most to bring all to the speed of its tips.
+        let bounds = Bounds {
+            speed: tip_speed(),
+            energy: 0.5 * tip_speed().powi(2) + 9.81 * HEIGHT,
+            outside: &outside,
+        };
+        let mut watch = Watch::new(&mut simulation, bounds);
         let mut segregation = vec![[0.0, intensity(&simulation)]];
         let mut collapse = None;
         while simulation.time < self.duration && collapse.is_none() {
             let next = segregation.len() as Real * 0.02;
             let end = next.min(self.duration);
             collapse = match simulation.step_towards(end) {
-                Ok(report) => watch.look(&mut simulation, report.converged, self.spacing),
-                Err(SimError::Diverged { what, .. }) => Some(what.to_string()),
-                Err(SimError::Unconverged { .. }) => Some("the solver does not converge".into()),
-                Err(error) => return Err(StudyError::run(name)(error)),
+                Ok(report) => watch.look(&mut simulation, report.converged),
+                Err(error) => Some(Collapse::of(error).map_err(StudyError::run(name))?),
             };
             if simulation.time >= end && collapse.is_none() {
                 segregation.push([simulation.time, intensity(&simulation)]);
@@ -121,6 +133,8 @@ impl Tank {
         s.gravity = Vec3::new(0.0, 0.0, -9.81);
         s.duration = self.duration;
         s.seed = self.seed;
+        s.tolerance = self.tolerance;
+        s.support_ratio = self.support_ratio;
         s.jitter = 0.1;
         s.time_step = match self.step {
             Some(dt) => TimeStep::Fixed(dt),
@@ -199,13 +213,15 @@ impl Tank {
     }
 }
 
-/// Intensity of segregation: variance of the polymer fraction over cells of four spacings, of that of unmixed phases.
+/// Cells in which segregation is counted [m].
+const CELL: Real = 8e-3;
+
+/// Intensity of segregation: variance of the polymer fraction over cells, of that of unmixed phases.
 fn intensity(simulation: &Simulation) -> Real {
-    let width = 4.0 * simulation.settings.spacing;
     let mut cells: BTreeMap<[i64; 3], (Real, Real)> = BTreeMap::new();
     let fluid = &simulation.fluid;
     for (x, alpha) in fluid.position.iter().zip(&fluid.polymer_fraction) {
-        let key = [x.x, x.y, x.z].map(|c| (c / width).floor() as i64);
+        let key = [x.x, x.y, x.z].map(|c| (c / CELL).floor() as i64);
         let cell = cells.entry(key).or_default();
         cell.0 += 1.0;
         cell.1 += alpha;
@@ -216,67 +232,10 @@ fn intensity(simulation: &Simulation) -> Real {
     spread.sum::<Real>() / n / (mean * (1.0 - mean))
 }
 
-/// What was seen so far.
-#[derive(Default)]
-struct Watch {
-    unconverged: u32,
-    volume: Option<[Real; 2]>,
-}
-
-/// Steps in a row that may end unconverged.
-const MOST_UNCONVERGED: u32 = 20;
-
-impl Watch {
-    /// Why the run has collapsed, if it has.
-    fn look(
-        &mut self,
-        simulation: &mut Simulation,
-        converged: bool,
-        spacing: Real,
-    ) -> Option<String> {
-        self.unconverged = if converged { 0 } else { self.unconverged + 1 };
-        let outside = |x: &Vec3| {
-            let reach = 2.0 * spacing;
-            x.x.hypot(x.y) > RADIUS + reach || x.z < -reach || x.z > HEIGHT + reach
-        };
-        let fled = simulation.fluid.position.iter().filter(|x| outside(x));
-        let fled = fled.count();
-        let phases = simulation.fluid.phase_velocity.iter();
-        let fastest = phases
-            .map(|v| v.liquid.norm().max(v.polymer.norm()))
-            .fold(0.0, Real::max);
-        let ledger = simulation.ledger();
-        let volume = [ledger.inside.liquid, ledger.inside.polymer];
-        let first = *self.volume.get_or_insert(volume);
-        let drift = (0..2).map(|k| (volume[k] / first[k] - 1.0).abs());
-        let escaped = ledger.escaped.liquid + ledger.escaped.polymer;
-        let mass = volume[0] * DENSITIES[0] + volume[1] * DENSITIES[1];
-        // What the fan has done is at most to bring all of it to the speed of its tips.
-        let given = mass * (0.5 * tip_speed().powi(2) + 9.81 * HEIGHT);
-        let because = if escaped > 0.0 || fled > 0 {
-            "a particle left the tank"
-        } else if fastest > 10.0 * tip_speed() {
-            "ten times the speed of the blades"
-        } else if ledger.kinetic > 2.0 * given {
-            "energy from nowhere"
-        } else if ledger.compression[0] > 0.05 {
-            "compressed by 5 % on average"
-        } else if ledger.stretch[0] <= 0.0 {
-            "conformation not positive"
-        } else if drift.fold(0.0, Real::max) > 1e-3 {
-            "a phase lost volume"
-        } else if self.unconverged > MOST_UNCONVERGED {
-            "the solver does not converge"
-        } else {
-            return None;
-        };
-        Some(because.to_owned())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::scenes::SUPPORT;
 
     /// At a thousand times the liquid's viscosity and the step that a particle's motion allows.
     #[test]
@@ -291,6 +250,8 @@ mod tests {
             step: Some(cfl_step(2e-3)),
             seed: 1,
             duration: 0.06,
+            tolerance: 1.0,
+            support_ratio: SUPPORT,
         };
         let fate = |tank: Tank| tank.run("tank").expect("a scene");
         let explicit = fate(with(Scheme::Imm, StressStep::Explicit));

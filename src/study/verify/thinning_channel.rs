@@ -27,7 +27,7 @@ const FLUID: Thinning = Thinning {
 const DENSITY: Real = 0.1;
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
-    let sizes = bench.level.pick(vec![10, 20], vec![12, 24, 48]);
+    let sizes = bench.level.pick(vec![14, 28], vec![12, 24, 48]);
     let exact = giesekus_channel(&FLUID, FORCE, HALF, 401);
     let at = |y: Real| {
         let place = (y.abs() / HALF).min(1.0) * (exact.len() - 1) as Real;

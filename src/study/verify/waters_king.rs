@@ -129,6 +129,7 @@ fn swing(
     let mut place = channel(GAP, across, lie);
     place.settings.scheme = Scheme::ImmCt;
     place.settings.elastic_waves = ElasticWaves::Resolved;
+    place.settings.theta = ElasticWaves::Resolved.theta();
     place.settings.cement = viscoelastic(
         DENSITY,
         fluid.solvent,

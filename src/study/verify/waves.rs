@@ -109,6 +109,7 @@ fn setup(fluid: &Fluid, across: u32, end: Real) -> SimSettings {
     let steps = if fluid.polymer > 0.0 {
         s.scheme = Scheme::ImmCt;
         s.elastic_waves = ElasticWaves::Resolved;
+        s.theta = ElasticWaves::Resolved.theta();
         s.cement = viscoelastic(
             DENSITY,
             fluid.solvent,
@@ -154,6 +155,7 @@ fn vortex_setup(across: u32) -> SimSettings {
     s.cement = newtonian(DENSITY, VORTEX_VISCOSITY);
     // At a Reynolds number of 10 fluid moves by a tenth of the box while the vortices fall to 1/e.
     let finer = Real::from(across) / 32.0;
+    s.theta = ElasticWaves::Resolved.theta();
     s.time_step = TimeStep::Fixed(vortex_end() / (50.0 * finer * finer));
     s
 }
