@@ -19,7 +19,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
     if run.carved > 0 {
         let kept = run.fluid.len();
         let note = format!(
-            "{} particles overlap with walls at the start and are left out, {kept} stay",
+            "{} particles overlap with walls or an earlier body at the start and are left out, {kept} stay",
             run.carved
         );
         observer(Event::Note(&job.folder.walls(), &note));

@@ -12,6 +12,8 @@ use rayon::prelude::*;
 
 /// ψ from which a particle counts as surrounded.
 const FULL: Real = 0.9;
+/// ψ below which a particle is as good as alone.
+const ALONE: Real = 0.5;
 /// Volume strain that a split solve may leave, per u_ref dt/dx.
 const SPLIT_TOLERANCE: Real = 1e-4;
 /// The same, and the velocity residual per u_ref, for the coupled solve.
@@ -84,7 +86,7 @@ impl Stepper<'_> {
     pub(super) fn find_closed(&self) -> bool {
         let near = &*self.near;
         let all = (0..near.len()).into_par_iter().with_min_len(256);
-        self.inlets.is_empty() && !all.any(|i| near.one_sided(i))
+        self.inlets.is_empty() && !all.any(|i| near.compression[i] < ALONE || near.one_sided(i))
     }
 
     /// Takes the least pressure [Pa] of a closed body off its guess: only differences mean anything there, and a level

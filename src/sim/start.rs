@@ -1,4 +1,4 @@
-//! Fluid that is there at the start: bodies filled on a lattice, carved where a wall is.
+//! Fluid that is there at the start: bodies filled on a lattice, carved where a wall or an earlier body is.
 
 use super::mover::Scenery;
 use super::settings::{BodyShape, Inside, SimSettings};
@@ -8,12 +8,13 @@ use crate::math::{Aabb, Real, Stream, Vec3};
 /// Particles closer to a wall than this are carved away, in spacings.
 const CLEARANCE: Real = 0.25;
 
-/// Fills the bodies; returns the particles and how many were carved away because a wall is there.
+/// Fills the bodies; returns the particles and how many were carved away because a wall or an earlier body is there.
 pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, usize) {
     let mut fluid = FluidParticles::default();
     let mut carved = 0;
     let mut random = Stream::new(settings.seed, "start");
-    for body in &settings.bodies {
+    for (number, body) in settings.bodies.iter().enumerate() {
+        let earlier = &settings.bodies[..number];
         let bounds = bounds(&body.shape);
         if bounds.is_empty() {
             continue;
@@ -29,6 +30,10 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
                     let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
                     let mut position = bounds.min + cell.component_mul(&step);
                     if !holds(&body.shape, &position) {
+                        continue;
+                    }
+                    if earlier.iter().any(|other| holds(&other.shape, &position)) {
+                        carved += 1;
                         continue;
                     }
                     if settings.jitter > 0.0 {

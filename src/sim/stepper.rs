@@ -11,6 +11,9 @@ use crate::sph::operators::velocity_gradient;
 use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
 use serde::{Deserialize, Serialize};
 
+/// Times the CFL limit that a particle may move in an adaptive step.
+const OVERSHOOT: Real = 2.5;
+
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
@@ -217,9 +220,19 @@ impl Stepper<'_> {
         pistons.chain(movers).fold(0.0, Real::max)
     }
 
+    /// How far a particle may move in a step [m]. A step that was chosen for the speed before it and ends far beyond the
+    /// CFL limit, as from rest under a great force, is to be tried again smaller.
+    fn reach(&self) -> Real {
+        let most = self.kernel.support_radius;
+        match self.settings.time_step {
+            TimeStep::Adaptive { cfl, .. } => most.min(OVERSHOOT * cfl * self.settings.spacing),
+            TimeStep::Fixed(_) => most,
+        }
+    }
+
     /// Stops the run if a particle is ill after `term`.
     pub fn check(&self, term: &'static str) -> Result<(), SimError> {
-        let Some((i, what)) = first_symptom(self.fluid, self.kernel.support_radius, self.dt) else {
+        let Some((i, what)) = first_symptom(self.fluid, self.reach(), self.dt) else {
             return Ok(());
         };
         // Explicit steps may legitimately be violent in a single term; only the whole step can run away.

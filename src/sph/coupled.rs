@@ -161,17 +161,14 @@ impl<'a> CoupledSolver<'a> {
             coarse: Coarse::new(near, problem.position, &vec![false; n], &[]),
             problem,
         };
-        let mut sorted = inertial.clone();
-        sorted.sort_by(Real::total_cmp);
-        let floor = 1e-3
-            * sorted
-                .get(n / 2)
-                .copied()
-                .unwrap_or(1.0)
-                .max(Real::MIN_POSITIVE);
         let p = &solver.problem;
+        // A particle without neighbours has no diagonal of its own.
+        let least = 1e-3 * (volume / near.spacing).powi(2);
         solver.fine = (0..n)
-            .map(|i| p.viscosity[i] / volume + 1.0 / (p.dt * inertial[i].max(floor)))
+            .map(|i| {
+                let inertial = inertial[i].max(least / p.mass[i]);
+                p.viscosity[i] / volume + 1.0 / (p.dt * inertial)
+            })
             .collect();
         solver.mobility = mobility::of_uniform_push(
             &solver.pairs,

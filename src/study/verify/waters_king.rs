@@ -29,9 +29,9 @@ const SAMPLES: u32 = 20;
 type Swing = (Vec<[Real; 2]>, Real);
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
-    let across = bench.level.pick(16, 32);
+    let across = bench.level.pick(30, 40);
     let memories = bench.level.pick(3, 8);
-    let steps = bench.level.pick(60, 200);
+    let steps = bench.level.pick(110, 200);
     let mut plot = Plot {
         title: "Start-up of an Oldroyd-B fluid: velocity in the middle".into(),
         x: Axis::linear("time / relaxation time"),
