@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Accuracy {
-    /// A small support radius: 0.55 of the time, errors 1.1 times as large. Pressure at rest may alternate from layer to
+    /// A small support radius: 0.65 of the time, errors of a channel 1.1 times as large. Pressure at rest may alternate from layer to
     /// layer.
     Fast,
     /// As if nothing were said.
     Balanced,
-    /// A quarter of the step: three times the time, 0.3 to 0.4 of the error (in a stirred tank as before: there the
-    /// spacing decides).
+    /// A quarter of the step: three times the time, 0.35 of the error of a starting channel, 0.6 of an Oldroyd-B one (in
+    /// a stirred tank 0.8: there the spacing decides).
     Accurate,
 }
 

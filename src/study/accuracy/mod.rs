@@ -1,15 +1,14 @@
 //! Run time against error: what an error costs, and which settings are the cheapest for it.
 //!
-//! Reached with `--level quick` (one run each, beside other work: times are ratios), coupled imm_ct at 16 spacings across
-//! (spheres 12), CFL numbers of 0.8, 0.4, 0.1: Poiseuille 5.1, 2.8, 0.9 %, Waters-King 10.8, 6.7, 2.5 %, spheres 7.4, 3.8,
-//! 1.3 %, in 0.5, 1 and 3 times the time. A tolerance of a tenth or ten times the usual changes errors by a tenth at most;
-//! a support ratio of 2 costs 0.55 and makes errors 1.1 times as large, 3 costs 1.9 and leaves them.
+//! Reached with `--level quick` (three minutes on two cores, one run each), coupled imm_ct at 16 spacings across (spheres
+//! 12, tank 20), CFL numbers of 0.8, 0.4, 0.1: Poiseuille 5.0, 2.6, 0.9 %, Waters-King 4.0, 2.7, 1.6 %, spheres 4.1, 0.2,
+//! 3.2 %, in 0.6, 1 and 3 times the time. A tolerance of a tenth or ten times the usual changes errors by a tenth; a
+//! support ratio of 2 costs 0.65 and makes Poiseuille 1.12 times as wrong, 3 costs 1.65 and makes it 0.93 times as wrong.
 //!
-//! Explicit steps in a closed channel are *better* with looser solvers: at a tolerance of 1 and of 10, Poiseuille 7.7 and
-//! 0.5 %, Waters-King 8.3 and 1.0 %, in 2.5 to 4 times less time; the tight solve presses particles into the lattice.
-//! At eight spacings across spheres, errors of opposite sign cancel: 2.7 % at a CFL number of 0.4 becomes 5.6 % at 0.1, so
-//! cheap settings found there are luck. The tank is held against its own finest run, scheme by scheme, so its errors do
-//! not compare schemes; none reaches 2 %.
+//! Explicit steps in a closed channel are *better* with looser solvers: in an earlier run at a tolerance of 1 and of 10
+//! Poiseuille 7.7 and 0.5 %, Waters-King 8.3 and 1.0 %; the tight solve presses particles into the lattice. In spheres
+//! errors of opposite sign cancel (of the step and of the spacing), so cheap settings found there are luck. The tank is
+//! held against its own finest run, scheme by scheme, so its errors do not compare schemes; none reaches 4 %.
 
 mod cases;
 mod setting;
