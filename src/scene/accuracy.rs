@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Accuracy {
-    /// A small support radius: 0.65 of the time, errors of a channel 1.1 times as large. Pressure at rest may alternate from layer to
-    /// layer.
+    /// A small support radius: 0.65 of the time, errors of a channel 1.1 times as large. Pressure at rest may alternate
+    /// from layer to layer.
     Fast,
     /// As if nothing were said.
     Balanced,

@@ -94,8 +94,10 @@ impl Stepper<'_> {
         self.report.pairs = self.near.fluid.entries();
         self.report.awake = self.near.awake;
         self.closed = self.find_closed();
-        let cement = &self.settings.cement;
-        if self.closed || cement.liquid.viscosity.max(cement.polymer.viscosity) > 0.0 {
+        // An explicit Newtonian step with a free surface goes without: a fifth of its time for a figure that does not
+        // show there.
+        let explicit = self.settings.stress == StressStep::Explicit;
+        if self.closed || self.settings.scheme == Scheme::ImmCt || !explicit {
             self.near.straighten(self.closed);
         }
         self.report.converged = true;
