@@ -10,7 +10,8 @@
 //!
 //! Pairs stay equal and opposite, so momentum is kept, Pᵀ stays the transpose of P and K positive semi-definite. The
 //! Laplacian is straightened everywhere but at one-sided neighbourhoods; gradients only in closed bodies: elsewhere the
-//! rate of volume has to be that of ψ = Σ V W, which keeps the volume.
+//! rate of volume has to be that of ψ = Σ V W, which keeps the volume. Explicit Newtonian steps with a free surface go
+//! without (`sim::stepper`).
 
 use super::neighbourhood::{Neighbourhood, WallPair, vector};
 use crate::math::{Mat3, Real, Sym3, Vec3};
@@ -83,7 +84,7 @@ impl Neighbourhood {
         2.0 * Real::from(pair.steepness) * weight
     }
 
-    /// Every neighbour of i as V F r², of which V F x ⊗ x is e ⊗ e times, and V ∇W.
+    /// Every neighbour of i by 1/(V F) and V ∇W = −V F x, and which fluid particle it is.
     fn each_neighbour(&self, i: usize, mut visit: impl FnMut(Real, Vec3, Option<usize>)) {
         let mut one = |gradient: [f32; 3], steepness: f32, j| {
             let g = vector(gradient);
