@@ -31,7 +31,7 @@ struct Origin {
 }
 
 /// Settings that may differ when a simulation goes on; the rest would make another scene of it.
-const FREE: [&str; 9] = [
+const FREE: [&str; 10] = [
     "duration",
     "time_step",
     "cement",
@@ -40,6 +40,7 @@ const FREE: [&str; 9] = [
     "stress",
     "elastic_waves",
     "theta",
+    "energy_balance",
     "skip_unneeded",
 ];
 

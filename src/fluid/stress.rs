@@ -63,7 +63,17 @@ pub fn implicit_weight(cement: &Cement, dt: Real) -> (Real, Real) {
     (b, b * memory * -libm::expm1(-x))
 }
 
+/// Power at which the elastic energy relaxes, G/2 [tr(U + U⁻¹ − 2I)/λ + γ tr (U − I)²] [W/m³]: what (Eq. 12) takes from
+/// it without flow.
+pub fn relaxation_power(cement: &Cement, modulus: Real, u: &Sym3) -> Real {
+    let off = *u - Sym3::IDENTITY;
+    let linear = u.trace() + u.inverse().trace() - 6.0;
+    let square = (off.to_matrix() * off.to_matrix()).trace();
+    0.5 * modulus * (linear / cement.relaxation_time + cement.thinning * square)
+}
+
 /// Elastic energy density (G/2)(tr U − ln det U − 3) [J/m³].
 pub fn elastic_energy(modulus: Real, u: &Sym3) -> Real {
-    0.5 * modulus * (u.trace() - libm::log(u.determinant()) - 3.0)
+    let volume: Real = u.pivots().iter().map(|pivot| libm::log(*pivot)).sum();
+    0.5 * modulus * (u.trace() - volume - 3.0)
 }

@@ -64,6 +64,9 @@ pub struct Recipe {
     /// Start jitter of the lattice, in spacings.
     #[serde(default)]
     pub jitter: Real,
+    /// Keeps account of where the energy comes from and goes, in `stats.csv`; some passes over the pairs more a step.
+    #[serde(default)]
+    pub energy_balance: bool,
     /// Skip what a scene does not need; changes speed, never bits.
     #[serde(default = "default_skip")]
     pub skip_unneeded: bool,

@@ -1,10 +1,11 @@
 //! The ledger: what there is, what came and went, and how the solver fared since the last entry.
 
+use super::energy::{self, Energy};
 use super::inlet::InletState;
-use super::settings::{Scheme, SimSettings};
+use super::settings::SimSettings;
 use super::stepper::StepReport;
 use super::time_step::Limit;
-use crate::fluid::{FluidParticles, PerPhase, mixture, stress};
+use crate::fluid::{FluidParticles, PerPhase, mixture};
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,8 @@ pub struct Ledger {
     pub kinetic: Real,
     /// Elastic energy of the polymer [J].
     pub elastic: Real,
+    /// Where the energy came from and went, if that is kept account of.
+    pub energy: Option<Energy>,
     /// Least and largest eigenvalue of U [1].
     pub stretch: [Real; 2],
     /// Largest |v_mix| [m/s].
@@ -61,7 +64,7 @@ pub struct Ledger {
 
 impl Ledger {
     /// Column names of [`Ledger::row`], with units.
-    pub const COLUMNS: [&'static str; 32] = [
+    pub const COLUMNS: [&'static str; 39] = [
         "time_s",
         "steps",
         "particles",
@@ -94,6 +97,13 @@ impl Ledger {
         "dt_s",
         "dt_limit",
         "walls_awake",
+        "gravity_work_J",
+        "wall_work_J",
+        "viscous_loss_J",
+        "relaxation_loss_J",
+        "slip_loss_J",
+        "numerical_loss_J",
+        "energy_residual_J",
     ];
 
     /// The values in the order of [`Ledger::COLUMNS`]; numbers in shortest exact form.
@@ -148,6 +158,19 @@ impl Ledger {
         reals(&mut row, &[self.dt]);
         row.push(self.limit.map_or("none", Limit::name).to_string());
         row.push(self.awake.to_string());
+        row.extend(match &self.energy {
+            Some(e) => [
+                e.gravity,
+                e.walls,
+                e.viscous,
+                e.relaxed,
+                e.slipped,
+                e.numerical(),
+                e.residual(self.kinetic + self.elastic),
+            ]
+            .map(|joule| format!("{joule:e}")),
+            None => Default::default(),
+        });
         row
     }
 }
@@ -171,6 +194,9 @@ pub struct Tally {
     pub limits: Vec<(Limit, u64)>,
     /// Mean and largest of (ψ − 1)⁺ at the last step [1].
     pub compression: [Real; 2],
+    /// Where the energy came from and went, if that is kept account of.
+    #[serde(default)]
+    pub energy: Option<Energy>,
     /// The last step.
     pub last: StepReport,
 }
@@ -231,7 +257,6 @@ pub fn enter(
                 mixture::momentum_density(&fluid.phase_velocity[i], alpha[i], cement)[axis]
             })
     };
-    let conforms = settings.scheme == Scheme::ImmCt && cement.relaxation_time > 0.0;
     let stretch = |largest: usize| {
         if n == 0 {
             1.0
@@ -252,21 +277,9 @@ pub fn enter(
         pushed: inlets.iter().map(|inlet| inlet.pushed).sum(),
         in_walls,
         momentum: Vec3::new(momentum(0), momentum(1), momentum(2)),
-        kinetic: 0.5
-            * rest_volume
-            * ordered_sum(n, |i| {
-                let v = &fluid.phase_velocity[i];
-                (1.0 - alpha[i]) * cement.liquid.density * v.liquid.norm_squared()
-                    + alpha[i] * cement.polymer.density * v.polymer.norm_squared()
-            }),
-        elastic: if conforms {
-            rest_volume
-                * ordered_sum(n, |i| {
-                    stress::elastic_energy(cement.modulus(alpha[i]), &fluid.conformation[i])
-                })
-        } else {
-            0.0
-        },
+        kinetic: energy::kinetic(cement, fluid, rest_volume),
+        elastic: energy::elastic(settings, fluid, rest_volume),
+        energy: tally.energy,
         stretch: [if n == 0 { 1.0 } else { -stretch(0) }, stretch(1)],
         speed: ordered_max(n, |i| {
             mixture::mixture_velocity(&fluid.phase_velocity[i], alpha[i]).norm()

@@ -1,5 +1,6 @@
 //! State, the step of each scheme, time-step control, inlets, health, ledger. Opens no file, prints nothing.
 
+mod energy;
 mod forces;
 mod health;
 mod inlet;
@@ -20,6 +21,7 @@ mod stepper;
 mod time_step;
 
 pub use crate::fluid::{Cement, PhaseMaterial};
+pub use energy::Energy;
 pub use health::{SimError, Symptom};
 pub use inlet::InletState;
 pub use ledger::{Ledger, Tally};

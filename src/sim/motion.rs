@@ -43,6 +43,7 @@ impl Stepper<'_> {
                     beside_all(&before, &after, x, aim, most_depth)
                 });
             });
+        self.book_shift();
         self.measure_inlet_pressure();
         let rest_volume = self.near.rest_volume;
         let mut next_id = self.fluid.id.iter().max().map_or(0, |id| id + 1);
@@ -101,15 +102,23 @@ fn beside_all(
     beside(after.solid, from, x, most_depth)
 }
 
-/// Where a particle comes to rest that aims at a point too deep inside the solid: as deep as allowed, on the side it
-/// came from. Without it slow creep takes one particle in a thousand through a strut.
+/// Where a particle comes to rest that aims at a point too deep inside the solid, or behind it: as deep as allowed, on
+/// the side it came from. Without it slow creep takes one particle in a thousand through a strut.
 fn beside(solid: &Solid, from: &Vec3, aim: Vec3, most_depth: Real) -> Vec3 {
-    let (mut phi, mut normal) = solid.distance(&aim);
-    if phi >= -most_depth {
+    let (phi, normal) = solid.distance(&aim);
+    // A path that meets the solid ends no farther from it than it is long.
+    if phi >= (aim - from).norm() {
         return aim;
     }
     let (start, outward) = solid.distance(from);
-    let mut x = aim;
+    let (mut x, mut phi, mut normal) = if normal.dot(&outward) < 0.0 {
+        before_the_middle(solid, from, &outward, aim, most_depth)
+    } else {
+        (aim, phi, normal)
+    };
+    if phi >= -most_depth {
+        return x;
+    }
     for _ in 0..4 {
         if normal.dot(&outward) < 0.0 {
             // Behind the middle of a thin wall: the near way out is the wrong one.
@@ -123,3 +132,31 @@ fn beside(solid: &Solid, from: &Vec3, aim: Vec3, most_depth: Real) -> Vec3 {
     }
     if phi > start { x } else { *from }
 }
+
+/// The last point of a path that is still on the near side of a wall, with its distance and normal: where the way out
+/// turns over inside the solid is the wall's middle (in the fluid it is the middle of a gap, which may be passed).
+/// A wall thinner than twice the depth allowed holds nothing otherwise.
+fn before_the_middle(
+    solid: &Solid,
+    from: &Vec3,
+    outward: &Vec3,
+    aim: Vec3,
+    most_depth: Real,
+) -> (Vec3, Real, Vec3) {
+    let path = aim - from;
+    let pieces = (path.norm() / (PIECE * most_depth)).ceil().max(1.0);
+    let (mut near, mut facing) = (*from, *outward);
+    let mut at_near = solid.distance(from).0;
+    for piece in 1..=pieces as usize {
+        let x = from + path * (piece as Real / pieces);
+        let (phi, normal) = solid.distance(&x);
+        if phi < 0.0 && normal.dot(&facing) < 0.0 {
+            break;
+        }
+        (near, at_near, facing) = (x, phi, normal);
+    }
+    (near, at_near, facing)
+}
+
+/// How finely a path is looked at, in depths allowed.
+const PIECE: Real = 0.25;

@@ -26,6 +26,7 @@ fn step_dfsph(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.find_neighbours();
     s.refresh_mixture(false); //                                        Eqs 4, 5
     s.choose_step(left);
+    s.open_books();
     match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence);
@@ -36,6 +37,7 @@ fn step_dfsph(s: &mut Stepper, left: f64) -> Result<(), SimError> {
         StressStep::Coupled | StressStep::Auto => s.solve_newtonian(),
     }
     s.check("pressure")?;
+    s.book_work();
     s.move_particles();
     s.check("the step")
 }
@@ -45,6 +47,7 @@ fn step_imm(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.find_neighbours();
     s.refresh_mixture(false); //                                        Eqs 4, 5, 8
     s.choose_step(left);
+    s.open_books();
     match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence); //                           Eq. 6
@@ -54,10 +57,12 @@ fn step_imm(s: &mut Stepper, left: f64) -> Result<(), SimError> {
         }
         StressStep::Coupled | StressStep::Auto => s.solve_newtonian(), //                  Eqs 6, 7
     }
+    s.book_work();
     s.relax_slip();
     s.check("pressure")?;
     s.transfer_phases(); //                                             Eqs 8, 9
     s.check("phase transfer")?;
+    s.book_exchange();
     s.move_particles();
     s.check("the step")
 }
@@ -68,6 +73,7 @@ fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
     s.refresh_mixture(true); //                                         Eqs 4, 5, 8, 10
     s.refresh_gradient(); //                                            Eq. 2
     s.choose_step(left);
+    s.open_books();
     match s.stress {
         StressStep::Explicit => {
             s.project(Source::Divergence); //                           Eq. 6
@@ -78,10 +84,12 @@ fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
         }
         StressStep::Coupled | StressStep::Auto => s.solve_viscoelastic(), //               Eqs 6, 12–16
     }
+    s.book_work();
     s.relax_slip();
     s.check("pressure")?;
     s.transfer_phases(); //                                             Eqs 8, 9
     s.check("phase transfer")?;
+    s.book_exchange();
     s.move_particles();
     s.check("the step")
 }

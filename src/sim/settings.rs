@@ -47,6 +47,8 @@ pub struct SimSettings {
     pub seed: u64,
     /// Start jitter of the lattice, in spacings.
     pub jitter: Real,
+    /// Whether the energy's ways are kept account of: some passes over the pairs more a step; changes no other bit.
+    pub energy_balance: bool,
     /// Skip what a scene does not need (mixture work of a single phase); changes speed, never bits.
     pub skip_unneeded: bool,
 }

@@ -1,5 +1,6 @@
 //! A simulation from start to end: steps until a moment, and what there is to see then.
 
+use super::energy::{self, Energy};
 use super::health::SimError;
 use super::inlet::InletState;
 use super::ledger::{self, Ledger, Tally};
@@ -216,10 +217,15 @@ impl Simulation {
         }
     }
 
-    fn accept(&mut self, report: StepReport) -> StepReport {
-        self.tally.add(&report, &self.near.compression);
+    fn accept(&mut self, mut report: StepReport) -> StepReport {
         self.count_injected();
         self.remove_escaped();
+        if self.settings.energy_balance {
+            let held = energy::held(&self.settings, &self.fluid, self.rest_volume);
+            report.energy.carried = held - report.energy.carried;
+            self.tally.energy = Some(Energy::followed_by(self.tally.energy, &report.energy));
+        }
+        self.tally.add(&report, &self.near.compression);
         report
     }
 
@@ -247,6 +253,7 @@ impl Simulation {
             dt: 0.0,
             time: self.time,
             step: self.steps,
+            books: None,
             report: StepReport::default(),
         };
         let ended = schemes::step(&mut stepper, left);

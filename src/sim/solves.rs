@@ -122,6 +122,7 @@ impl Stepper<'_> {
 
     /// Keeps a solved pressure [Pa] as the next guess, and hands the velocity that it left to the phases.
     fn accept(&mut self, slot: usize, pressure: &[Real], velocity: &[Vec3]) {
+        self.book_pressure(pressure);
         for (guess, k) in self.fluid.pressure.iter_mut().zip(pressure) {
             guess[slot] = *k;
         }

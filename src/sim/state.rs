@@ -168,6 +168,7 @@ mod tests {
             }],
             seed: 1,
             jitter: 0.1,
+            energy_balance: false,
             skip_unneeded: true,
         };
         let walls = |shape| {

@@ -1,5 +1,6 @@
 //! The terms of a step, one method each; `schemes` says in which order.
 
+use super::energy::{Books, Energy};
 use super::health::{SimError, Symptom, first_symptom};
 use super::inlet::InletState;
 use super::mover::Surroundings;
@@ -35,6 +36,9 @@ pub struct StepReport {
     pub pairs: usize,
     /// Static wall particles that touch fluid.
     pub awake: usize,
+    /// What came, went and was lost in the step, where that is kept account of.
+    #[serde(default)]
+    pub energy: Energy,
 }
 
 /// One step in progress.
@@ -61,6 +65,8 @@ pub struct Stepper<'a> {
     pub dt: Real,
     pub time: Real,
     pub step: u64,
+    /// The books of its energy, if they are kept.
+    pub books: Option<Books>,
     pub report: StepReport,
 }
 

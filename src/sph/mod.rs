@@ -9,6 +9,7 @@ mod minres;
 mod mobility;
 mod neighbourhood;
 pub mod operators;
+pub mod power;
 mod preconditioner;
 mod pressure;
 mod repeated;

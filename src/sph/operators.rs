@@ -1,6 +1,6 @@
 //! Derivatives of fields on particles: velocity gradient, force of a stress, viscous force, and their walls.
 
-use super::neighbourhood::{Neighbourhood, Pair, vector};
+use super::neighbourhood::{Neighbourhood, Pair, WallPair, vector};
 use crate::math::{Mat3, Real, Vec3};
 use rayon::prelude::*;
 
@@ -61,11 +61,17 @@ pub fn laplacian_weight(near: &Neighbourhood, i: usize, pair: &Pair) -> Real {
     4.0 * Real::from(pair.steepness) / (near.trace[i] + near.trace[pair.j as usize])
 }
 
+/// Weight of a wall particle in the compact Laplacian [1/m²].
+#[inline(always)]
+pub(super) fn wall_drag(near: &Neighbourhood, i: usize, pair: &WallPair) -> Real {
+    near.wall_weight(i, pair) * (1.0 + Real::from(pair.beta))
+}
+
 /// What a wall does to the compact Laplacian of particle i: K_i [1/m²] and K_i u_w [1/(m s)].
 pub fn wall_friction(near: &Neighbourhood, i: usize) -> (Real, Vec3) {
     let (mut friction, mut carried) = (0.0, Vec3::zeros());
     for pair in near.wall.row(i) {
-        let k = near.wall_weight(i, pair) * (1.0 + Real::from(pair.beta));
+        let k = wall_drag(near, i, pair);
         friction += k;
         carried += near.surface_velocity(i, pair) * k;
     }

@@ -32,6 +32,36 @@ pub struct PressureOperator<'a> {
 }
 
 impl PressureOperator<'_> {
+    /// P k [N]: minus the force of a pressure k [Pa] on each particle.
+    pub fn force(&self, pressure: &[Real]) -> Vec<Vec3> {
+        let near = self.near;
+        let of_walls: Vec<Real> = (0..near.of_wall.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|b| {
+                let row = near.of_wall.row(b).iter();
+                row.map(|p| Real::from(p.share) * pressure[p.i as usize])
+                    .sum()
+            })
+            .collect();
+        (0..near.len())
+            .into_par_iter()
+            .with_min_len(GRAIN)
+            .map(|i| {
+                let k = pressure[i];
+                let fluid = near.fluid.row(i).iter();
+                let fluid: Vec3 = fluid
+                    .map(|pair| vector(pair.gradient) * (k + pressure[pair.j as usize]))
+                    .sum();
+                let wall = near.wall.row(i).iter();
+                let wall: Vec3 = wall
+                    .map(|pair| vector(pair.gradient) * (k + of_walls[pair.b as usize]))
+                    .sum();
+                (fluid + wall) * near.rest_volume
+            })
+            .collect()
+    }
+
     /// Pᵀ v [m³/s], walls at rest.
     pub fn volume_rate(&self, velocity: &[Vec3]) -> Vec<Real> {
         self.rate(velocity, false)

@@ -6,6 +6,7 @@ mod error;
 pub mod exact;
 mod max_step;
 mod mixing;
+mod pressure;
 pub mod scenes;
 mod shear_cell;
 mod stress;
@@ -39,6 +40,7 @@ pub const STUDIES: &[Study] = &[
     thinning::STUDY,
     accuracy::STUDY,
     stress::STUDY,
+    pressure::STUDY,
 ];
 
 /// What a study found. The first table and the first picture carry its name alone.

@@ -78,6 +78,7 @@ pub fn settings(spacing: Real, domain: Aabb) -> SimSettings {
         inlets: Vec::new(),
         seed: 1,
         jitter: 0.0,
+        energy_balance: false,
         skip_unneeded: true,
     }
 }

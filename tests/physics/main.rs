@@ -5,6 +5,7 @@ mod barrier;
 mod channels;
 mod column;
 mod dam;
+mod energy;
 mod ledger;
 mod movers;
 mod needle;

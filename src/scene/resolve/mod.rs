@@ -67,6 +67,7 @@ pub(super) fn resolve(
         inlets,
         seed: recipe.seed.into(),
         jitter: recipe.jitter,
+        energy_balance: recipe.energy_balance,
         skip_unneeded: recipe.skip_unneeded,
     };
     time::frames(c, &sim);

@@ -136,6 +136,11 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
     let refused = count(&|_, fate| matches!(fate.end, End::Refused(_)));
     let drift = fates.iter().filter(|(trial, _)| trial.mode.is_adaptive());
     let drift = drift.map(|(_, fate)| fate.drift).fold(0.0, Real::max);
+    let imbalance = fates
+        .iter()
+        .filter(|(trial, _)| trial.mode.is_adaptive())
+        .filter_map(|(_, fate)| Some(fate.imbalance?[0].abs()))
+        .fold(0.0, Real::max);
     let mut reasons: BTreeMap<String, u64> = BTreeMap::new();
     for (trial, fate) in &fates {
         if let End::Collapsed(why) = fate.end {
@@ -147,14 +152,15 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
     Ok(Findings {
         summary: format!(
             "{adaptive} runs with adaptive steps: {collapsed} collapsed, {escaped} lost particles, {not_finite} not finite, \
-             volume kept to {drift:.1e}; {fixed} with fixed steps: {collapsed_fixed} collapsed; {refused} of all refused"
+             volume kept to {drift:.1e}, energy to {:.1} %; {fixed} with fixed steps: {collapsed_fixed} collapsed; {refused} of all refused",
+            100.0 * imbalance
         ),
         tables: vec![(String::new(), table)],
         pictures: vec![(String::new(), map::draw(&fates)?)],
         facts: json!({
             "runs": fates.len(),
             "adaptive": { "runs": adaptive, "collapsed": collapsed, "escaped": escaped, "not_finite": not_finite,
-                          "volume_drift": drift },
+                          "volume_drift": drift, "energy_imbalance": imbalance },
             "fixed": { "runs": fixed, "collapsed": collapsed_fixed },
             "refused": refused,
             "reasons": reasons,
@@ -182,12 +188,18 @@ fn table(fates: &[(Trial, Fate)]) -> Table {
         "escaped",
         "in walls",
         "volume drift",
+        "energy imbalance",
+        "energy lost to the method",
     ]);
     for (trial, fate) in fates {
         let ended: Cell = match &fate.end {
             End::Stable => "stable".into(),
             End::Refused(why) => format!("refused: {why}").into(),
             End::Collapsed(why) => why.to_string().into(),
+        };
+        let share = |k: usize| match fate.imbalance {
+            Some(shares) => shares[k].into(),
+            None => Cell::from(""),
         };
         table.row(vec![
             trial.family.name().into(),
@@ -208,6 +220,8 @@ fn table(fates: &[(Trial, Fate)]) -> Table {
             fate.escaped.into(),
             fate.in_walls.into(),
             fate.drift.into(),
+            share(0),
+            share(1),
         ]);
     }
     table

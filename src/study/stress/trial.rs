@@ -145,6 +145,9 @@ pub struct Fate {
     pub in_walls: u64,
     /// Largest change of a phase's volume, of all volume [1].
     pub drift: Real,
+    /// What the energy's books do not account for, and what the method lost or gave, of all energy turned over; none where
+    /// a run ended in numbers that are none.
+    pub imbalance: Option<[Real; 2]>,
 }
 
 /// CFL steps of a trial.
@@ -192,6 +195,7 @@ impl Trial {
             Mode::Fixed(stress, steps) => (stress, TimeStep::Fixed(steps * cfl)),
         };
         s.stress = stress;
+        s.energy_balance = true;
         for inlet in &mut s.inlets {
             inlet.dose = inlet.flow_rate * duration * 1.0001;
         }
@@ -206,6 +210,7 @@ impl Trial {
             escaped: 0,
             in_walls: 0,
             drift: 0.0,
+            imbalance: None,
         };
         let mut simulation = match arena.place.start(&self.name()) {
             Ok(simulation) => simulation,
@@ -245,6 +250,15 @@ impl Trial {
         fate.particles = simulation.fluid.len() as u64;
         fate.reached = simulation.time / duration;
         (fate.escaped, fate.in_walls, fate.drift) = (watch.escaped, watch.in_walls, watch.drift);
+        let ledger = simulation.ledger();
+        fate.imbalance = ledger.energy.and_then(|energy| {
+            let residual = energy.residual(ledger.kinetic + ledger.elastic);
+            let shares = [residual, energy.numerical()].map(|joule| joule / energy.scale());
+            shares
+                .iter()
+                .all(|share| share.is_finite())
+                .then_some(shares)
+        });
         Ok(fate)
     }
 }

@@ -1,0 +1,250 @@
+//! Deep and confined flow: iterations and cost against depth, and whether pressure knows the step or is proportional to
+//! viscosity.
+
+mod creep;
+mod scenes;
+
+use super::{Bench, Findings, Study, StudyError};
+use crate::math::Real;
+use crate::report::{Axis, Look, Plot, Series, Table};
+use scenes::{Pressed, SPACING, SPEED, Vessel};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::time::Instant;
+
+pub(super) const STUDY: Study = Study {
+    name: "pressure",
+    about: "deep, confined flow: iterations against depth, pressure against step and viscosity",
+    answer,
+};
+
+/// What a run shows.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Reading {
+    /// Mean pressure at the piston over the last rows [Pa].
+    pressure: Real,
+    /// Flow through the top of the fluid, of the inflow, over the same time.
+    flow: Real,
+    /// Iterations of the first step, which knows no pressure; mean and most of those after the fifth.
+    first: u64,
+    later: Real,
+    most: u64,
+    /// Largest share of the inflow that a step left unbalanced.
+    balance: Real,
+    steps: u64,
+    unconverged: u64,
+    particles: u64,
+    /// Wall clock of a step and particle, the first one and the median of later ones [s].
+    first_cost: Real,
+    cost: Real,
+}
+
+/// The window in which pressure is read, in spacings that the inflow comes.
+const WINDOW: Real = 2.0;
+
+impl Pressed {
+    fn run(&self, name: &str) -> Result<Reading, StudyError> {
+        let mut simulation = self.place().start(name)?;
+        let end = self.duration();
+        let from = end - WINDOW * SPACING / SPEED;
+        let above = |simulation: &crate::sim::Simulation| {
+            let level = self.level();
+            let high = simulation.fluid.position.iter().filter(|x| x.z > level);
+            high.count() as Real * simulation.rest_volume
+        };
+        let mut reading = Reading::default();
+        let (mut sum, mut time, mut then) = (0.0, 0.0, None);
+        let (mut later, mut costs) = (Vec::new(), Vec::new());
+        while simulation.time < end * (1.0 - 1e-9) {
+            let clock = Instant::now();
+            let report = simulation
+                .step_towards(end)
+                .map_err(StudyError::run(name))?;
+            let particles = simulation.fluid.len() as Real;
+            let cost = clock.elapsed().as_secs_f64() / particles;
+            reading.steps += 1;
+            reading.unconverged += u64::from(!report.converged);
+            reading.balance = reading.balance.max(report.balance);
+            if reading.steps == 1 {
+                (reading.first, reading.first_cost) = (report.iterations as u64, cost);
+            } else if reading.steps > 5 {
+                later.push(report.iterations as u64);
+                costs.push(cost);
+            }
+            if simulation.time > from {
+                if then.is_none() {
+                    then = Some((simulation.time, above(&simulation)));
+                }
+                sum += simulation.inlets[0].pressure * report.dt;
+                time += report.dt;
+            }
+        }
+        if let Some((start, volume)) = then {
+            let inflow = simulation.inlets[0].settings.flow_rate * (simulation.time - start);
+            reading.flow = (above(&simulation) - volume) / inflow;
+        }
+        costs.sort_by(Real::total_cmp);
+        reading.cost = costs.get(costs.len() / 2).copied().unwrap_or_default();
+        reading.later = later.iter().sum::<u64>() as Real / later.len().max(1) as Real;
+        reading.most = later.iter().copied().max().unwrap_or_default();
+        reading.pressure = sum / time;
+        reading.particles = simulation.fluid.len() as u64;
+        Ok(reading)
+    }
+}
+
+fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+    let mut table = Table::new(&[
+        "vessel",
+        "viscosity [Pa s]",
+        "relaxation time [s]",
+        "step / CFL step",
+        "pressure at the piston [Pa]",
+        "outflow / inflow",
+        "iterations of the first step",
+        "iterations later",
+        "most",
+        "unbalanced inflow",
+        "steps",
+        "unconverged",
+        "particles",
+        "seconds a particle, first step",
+        "seconds a particle and step",
+    ]);
+    let mut read = |bench: &mut Bench, pressed: Pressed| -> Result<Reading, StudyError> {
+        let name = format!(
+            "{}-{}-{}-{}",
+            pressed.vessel.name().replace(' ', "_"),
+            pressed.viscosity,
+            pressed.relaxation_time,
+            pressed.step
+        );
+        let (reading, _) = bench.run(&name, &pressed, || pressed.run(&name))?;
+        table.row(vec![
+            pressed.vessel.name().into(),
+            pressed.viscosity.into(),
+            pressed.relaxation_time.into(),
+            pressed.step.into(),
+            reading.pressure.into(),
+            reading.flow.into(),
+            reading.first.into(),
+            reading.later.into(),
+            reading.most.into(),
+            reading.balance.into(),
+            reading.steps.into(),
+            reading.unconverged.into(),
+            reading.particles.into(),
+            reading.first_cost.into(),
+            reading.cost.into(),
+        ]);
+        Ok(reading)
+    };
+
+    let mut plot = Plot {
+        title: "Iterations a step against depth".into(),
+        x: Axis::log("depth / spacing"),
+        y: Axis::log("iterations (rings: first step, chains: later)"),
+        series: Vec::new(),
+    };
+    let depths: &[u32] = bench.level.pick(&[20, 80], &[20, 80, 320]);
+    let mut worst_balance: Real = 0.0;
+    let (mut cold, mut warm): (Real, Real) = (0.0, 0.0);
+    for (colour, viscosity) in [0.01, 1.0, 100.0].into_iter().enumerate() {
+        let mut first = Vec::new();
+        let mut later = Vec::new();
+        let mut costs = Vec::new();
+        for &depth in depths {
+            let pressed = Pressed {
+                vessel: Vessel::Pipe(depth),
+                viscosity,
+                relaxation_time: 0.0,
+                step: 1.0,
+                travel: 6.0,
+            };
+            let reading = read(bench, pressed)?;
+            let depth = Real::from(depth);
+            first.push([depth, reading.first as Real]);
+            later.push([depth, reading.later]);
+            costs.push([reading.first_cost, reading.cost]);
+            worst_balance = worst_balance.max(reading.balance);
+        }
+        if let (Some(shallow), Some(deep)) = (costs.first(), costs.last()) {
+            cold = cold.max(deep[0] / shallow[0]);
+            warm = warm.max(deep[1] / shallow[1]);
+        }
+        plot.series.push(Series {
+            name: format!("{viscosity} Pa s"),
+            points: later,
+            look: Look::Chain,
+            colour,
+        });
+        plot.series.push(Series {
+            name: String::new(),
+            points: first,
+            look: Look::Rings,
+            colour,
+        });
+    }
+
+    let steps: &[Real] = bench.level.pick(&[1.0, 0.1], &[1.0, 0.3, 0.1, 0.03, 0.01]);
+    let mut spread_of_steps: Real = 0.0;
+    for vessel in [Vessel::Pores, Vessel::Array] {
+        for (viscosity, relaxation_time) in [(4.4, 0.0), (8.0, 0.05)] {
+            let mut pressures = Vec::new();
+            for &step in steps {
+                let pressed = Pressed {
+                    vessel,
+                    viscosity,
+                    relaxation_time,
+                    step,
+                    travel: 8.0,
+                };
+                pressures.push(read(bench, pressed)?.pressure);
+            }
+            spread_of_steps = spread_of_steps.max(spread(&pressures));
+        }
+    }
+    let mut proportion = Vec::new();
+    for viscosity in [0.44, 4.4, 44.0, 440.0] {
+        let pressed = Pressed {
+            vessel: Vessel::Pores,
+            viscosity,
+            relaxation_time: 0.0,
+            step: 1.0,
+            travel: 8.0,
+        };
+        proportion.push(read(bench, pressed)?.pressure / viscosity);
+    }
+    let (creep, creep_table, creep_plot) = creep::answer(bench)?;
+    let of_viscosity = spread(&proportion);
+    let deepest = depths.last().copied().unwrap_or_default();
+    Ok(Findings {
+        summary: format!(
+            "inflow unbalanced by at most {:.2} %; a particle and step at depth {deepest} costs {cold:.1} (cold) and \
+             {warm:.1} (warm) times that at 20; pressure changes by {:.1} % over steps x {:.0} and, by viscosity, by \
+             {:.1} % over 1:1000; a drop that creeps ends {:.2} % off at a hundredth of the step",
+            100.0 * worst_balance,
+            100.0 * spread_of_steps,
+            steps[0] / steps[steps.len() - 1],
+            100.0 * of_viscosity,
+            100.0 * creep,
+        ),
+        tables: vec![(String::new(), table), ("creep".into(), creep_table)],
+        pictures: vec![
+            (String::new(), plot.to_png()),
+            ("creep".into(), creep_plot.to_png()),
+        ],
+        facts: json!({
+            "worst_balance": worst_balance, "cost_of_depth": { "depth": deepest, "cold": cold, "warm": warm },
+            "spread_over_steps": spread_of_steps, "spread_over_viscosity": of_viscosity, "creep": creep,
+        }),
+    })
+}
+
+/// How far apart the ends are, of the mean.
+fn spread(values: &[Real]) -> Real {
+    let largest = values.iter().copied().fold(Real::NEG_INFINITY, Real::max);
+    let least = values.iter().copied().fold(Real::INFINITY, Real::min);
+    let mean = values.iter().sum::<Real>() / values.len() as Real;
+    (largest - least) / mean
+}
