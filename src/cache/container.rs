@@ -70,11 +70,13 @@ pub(super) struct Container {
     arrays: Vec<(String, Values)>,
 }
 
+/// Appends the next values to what is there, if there are any more.
+type Pieces<'a> = Box<dyn FnMut(&mut Vec<u8>) + 'a>;
+
 /// An array to be written: taken from where it stands, never copied whole.
 pub(super) struct Column<'a> {
     header: ArrayHeader,
-    /// Appends the next values, if there are any more.
-    next: Box<dyn FnMut(&mut Vec<u8>) + 'a>,
+    next: Pieces<'a>,
 }
 
 impl<'a> Column<'a> {
