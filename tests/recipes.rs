@@ -140,8 +140,11 @@ fn the_needle_of_the_main_job_lies_well() {
     let (_, scene) = scene::load(&path, &[]).expect("resolves");
     let bone = scene.bone.expect("a bone");
     let mesh = read_obj(&bone.file.path, bone.file.unit, bone.file.up).expect("the asset");
-    let frame = landmarks::find(&mesh).expect("a vertebra").to_frame();
-    let distance = MeshDistance::new(&mesh.transformed(&frame));
+    let distance = MeshDistance::new(&mesh);
+    let frame = landmarks::find(&mesh, &distance)
+        .expect("a vertebra")
+        .to_frame();
+    let distance = distance.transformed(&frame);
     let cortex = bone.settings.shell_thickness;
     assert!(
         distance.signed(&TIP) < -9e-3 - cortex,

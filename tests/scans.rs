@@ -109,6 +109,7 @@ fn a_ct_is_the_porosity_of_its_bone() {
     });
     let folder = tempfile::tempdir().expect("a folder");
     let style = ObjStyle {
+        groups: &[],
         unit: LengthUnit::Millimetre,
         up: UpAxis::Z,
         comments: &[],
@@ -171,7 +172,12 @@ polymer_fraction = 0.5
     }
     assert!(region.resolvable_porosity <= region.porosity);
     assert!(
-        report.bone_connected > 0.95 && report.pores_connected > 0.95,
+        report.bone_connected > 0.98 && report.pores_connected > 0.99,
+        "{report:?}"
+    );
+    // In thin processes the shell leaves pockets, and those are bone.
+    assert!(
+        report.pockets_closed > 0.0 && report.pockets_closed < 0.06,
         "{report:?}"
     );
 }

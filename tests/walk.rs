@@ -143,6 +143,7 @@ fn ball(centre: Vec3, radius: f64) -> Vec<u8> {
         (x - centre).norm() - radius
     });
     let style = ObjStyle {
+        groups: &[],
         unit: LengthUnit::Millimetre,
         up: UpAxis::Z,
         comments: &[],

@@ -7,13 +7,14 @@
 //! Each brick asks the search trees once, for what can matter to any of its nodes, and then goes through that list.
 
 use super::network::Network;
+use super::pockets;
 use super::report::{self, BoneReport};
 use super::settings::{BoneError, BoneSettings};
 use super::sources::Sources;
 use super::space::{Channel, OpeningShape};
 use super::{Bone, network::Strut};
 use crate::grid::{BRICK, BrickGrid};
-use crate::math::{Real, Vec3};
+use crate::math::{Real, Vec3, Wide, widest};
 use crate::mesh::{MeshDistance, TriMesh};
 use crate::solid::Shape;
 use rayon::prelude::*;
@@ -69,19 +70,19 @@ impl Tally {
     }
 }
 
-/// Builds the inside of `mesh`, as [`crate::mesh::repaired`] leaves it, for particles of distance `spacing` [m];
-/// `carve` is cut out.
+/// Builds the inside of `mesh`, as [`crate::mesh::repaired`] leaves it and with its `distance`, for particles `spacing`
+/// [m] apart; `carve` is cut out.
 pub fn build(
     mesh: &TriMesh,
+    distance: &MeshDistance,
     settings: &BoneSettings,
     sources: &Sources,
     spacing: Real,
     carve: &[Channel],
 ) -> Result<Bone, BoneError> {
     settings.check(spacing)?;
-    let distance = MeshDistance::new(mesh);
     let bounds = mesh.bounds();
-    let network = Network::grow(settings, sources, mesh, &distance)?;
+    let network = Network::grow(settings, sources, mesh, distance)?;
 
     let voxel = spacing / settings.nodes_per_spacing;
     let band = BAND * spacing;
@@ -89,14 +90,18 @@ pub fn build(
     let filler = Filler {
         settings,
         sources,
-        distance: &distance,
+        distance,
         network: &network,
         bores: &carve.iter().map(Channel::bore).collect::<Vec<_>>(),
         grid: &grid,
         band,
     };
-    let bricks = filler.bricks(mesh)?;
-    let report: BoneReport = report::measure(settings, &network, &bricks, voxel, spacing);
+    let mut bricks = filler.bricks(mesh)?;
+    let pockets = pockets::close(&mut bricks, voxel);
+    let report = BoneReport {
+        pockets_closed: pockets,
+        ..report::measure(settings, &network, &bricks, voxel, spacing)
+    };
     for brick in bricks {
         if brick.phi.iter().any(|&phi| phi < grid.background) {
             grid.insert_brick(brick.first, brick.phi);
@@ -119,6 +124,8 @@ struct Filler<'a> {
     band: Real,
 }
 
+/// Nodes along the edge of an octant of a brick.
+const EDGE: i32 = BRICK / 2;
 /// Bricks along the edge of a block that is passed over as a whole when it is far outside.
 const BLOCK: i32 = 4;
 /// Of more triangles around a brick, the search tree finds the nearest sooner than a list.
@@ -238,7 +245,6 @@ impl Filler<'_> {
         openings: &Openings<'_>,
         brick_depth: Real,
     ) {
-        const EDGE: i32 = BRICK / 2;
         let first: [i32; 3] = std::array::from_fn(|axis| brick.first[axis] + step[axis] * EDGE);
         let (centre, radius) = self.around(first, EDGE);
         let listed = (triangles.len() <= MANY).then(|| {
@@ -263,15 +269,18 @@ impl Filler<'_> {
             .map(Axis::of)
             .collect();
         let thickest = self.settings.thickest_shell();
+        let strut_of_node = widest(StrutDistances {
+            struts: &struts,
+            places: std::array::from_fn(|n| self.grid.position(first.map(|f| f + n as i32))),
+            most: self.band,
+        });
         for n in 0..EDGE.pow(3) {
             let offset = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
             let node: [i32; 3] = std::array::from_fn(|axis| step[axis] * EDGE + offset[axis]);
             let x = self
                 .grid
                 .position(std::array::from_fn(|axis| brick.first[axis] + node[axis]));
-            let strut = struts
-                .iter()
-                .fold(self.band, |least, axis| least.min(axis.distance(&x)));
+            let strut = strut_of_node[n as usize / 4][n as usize % 4];
             // Where the shell cannot be nearer than a strut, a bound of the depth is as good as the depth.
             let (d, shell) =
                 if triangles.is_empty() || shallowest < -thickest - strut.max(self.grid.voxel) {
@@ -361,13 +370,39 @@ impl Axis {
             taper: strut.radius[1] - strut.radius[0],
         }
     }
+}
 
-    /// Distance to the surface [m], as [`Strut::distance`].
-    #[inline]
-    fn distance(&self, x: &Vec3) -> Real {
-        let x = x - self.from;
-        let t = (x.dot(&self.along) * self.per_square).clamp(0.0, 1.0);
-        (x - self.along * t).norm_squared().sqrt() - (self.radius + self.taper * t)
+/// Distances [m] from the nodes of an octant to the nearest strut, as [`Strut::distance`], at most `most`.
+struct StrutDistances<'a> {
+    struts: &'a [Axis],
+    /// Positions of the nodes along its diagonal [m].
+    places: [Vec3; EDGE as usize],
+    most: Real,
+}
+
+impl Wide for StrutDistances<'_> {
+    /// Rows along z.
+    type Out = [[Real; EDGE as usize]; (EDGE * EDGE) as usize];
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let mut least = [[self.most; EDGE as usize]; (EDGE * EDGE) as usize];
+        for strut in self.struts {
+            let along = strut.along;
+            let z = self.places.map(|place| place.z - strut.from.z);
+            for (row, least) in least.iter_mut().enumerate() {
+                let x = self.places[row / EDGE as usize].x - strut.from.x;
+                let y = self.places[row % EDGE as usize].y - strut.from.y;
+                for (least, z) in least.iter_mut().zip(z) {
+                    let t = (x * along.x + y * along.y + z * along.z) * strut.per_square;
+                    let t = t.clamp(0.0, 1.0);
+                    let (x, y, z) = (x - along.x * t, y - along.y * t, z - along.z * t);
+                    let away = (x * x + y * y + z * z).sqrt();
+                    *least = least.min(away - (strut.radius + strut.taper * t));
+                }
+            }
+        }
+        least
     }
 }
 
@@ -382,4 +417,17 @@ fn nearest_struts(centre: &Vec3, radius: Real, struts: &[Strut]) -> Vec<Strut> {
 /// The share of a voxel around a node that is solid, from φ at the node.
 pub(super) fn solid_share(phi: Real, voxel: Real) -> Real {
     (0.5 - phi / voxel).clamp(0.0, 1.0)
+}
+
+/// [`build`] of a mesh whose distance nothing else needs.
+#[cfg(test)]
+pub(super) fn build_alone(
+    mesh: &TriMesh,
+    settings: &BoneSettings,
+    sources: &Sources,
+    spacing: Real,
+    carve: &[Channel],
+) -> Result<Bone, BoneError> {
+    let distance = MeshDistance::new(mesh);
+    build(mesh, &distance, settings, sources, spacing, carve)
 }

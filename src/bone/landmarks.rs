@@ -43,16 +43,15 @@ const CELLS: Real = 80.0;
 /// Share of the largest depth from which on a point belongs to the core of the body.
 const CORE: Real = 0.8;
 
-/// Finds the frame of the closed `mesh`.
-pub fn find(mesh: &TriMesh) -> Result<Landmarks, LandmarkError> {
+/// Finds the frame of the closed `mesh`, whose distance is `distance`.
+pub fn find(mesh: &TriMesh, distance: &MeshDistance) -> Result<Landmarks, LandmarkError> {
     let bounds = mesh.bounds();
-    let distance = MeshDistance::new(mesh);
     let size = bounds.extent().max();
     let step = size / CELLS;
-    let depths = depths(mesh, &distance, &Lattice::cells(&bounds, step));
+    let depths = depths(mesh, distance, &Lattice::cells(&bounds, step));
     let deepest = depths.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     let &(thickest, _) = deepest.ok_or(LandmarkError::TooThin)?;
-    let (_, body_radius) = deepest_near(&distance, thickest, step);
+    let (_, body_radius) = deepest_near(distance, thickest, step);
 
     // The core is flat where endplates are parallel: its middle is steadier than its one deepest point.
     let threshold = CORE * body_radius;
@@ -130,19 +129,23 @@ mod tests {
     use crate::bone::vertebra;
     use crate::mesh::{LengthUnit, tests::cuboid, tests::shared};
 
+    fn found(mesh: &TriMesh) -> Result<Landmarks, LandmarkError> {
+        find(mesh, &MeshDistance::new(mesh))
+    }
+
     #[test]
     fn a_turned_and_moved_vertebra_is_brought_back() {
         let mesh = vertebra::make(&vertebra::VertebraSettings {
             resolution: 2e-3,
             ..Default::default()
         });
-        let still = find(&mesh).unwrap();
+        let still = found(&mesh).unwrap();
         assert!(still.body_centre.norm() < 2e-3, "{still:?}");
         assert!(still.posterior.y > 0.9999 && still.left.x > 0.9999);
         assert!((still.body_radius - 0.0125).abs() < 1.5e-3);
         for turn in [0.5, 2.0, -2.6] {
             let motion = Isometry3::new(Vec3::new(0.3, -0.1, 0.7), Vec3::z() * turn);
-            let frame = find(&mesh.transformed(&motion)).unwrap();
+            let frame = found(&mesh.transformed(&motion)).unwrap();
             let back = frame.to_frame() * motion;
             assert!(back.rotation.angle() < 0.01, "{}", back.rotation.angle());
             assert!((back.translation.vector + still.body_centre).norm() < 5e-4);
@@ -158,7 +161,7 @@ mod tests {
             let Some(mesh) = shared(name, unit) else {
                 return;
             };
-            let frame = find(&mesh).unwrap();
+            let frame = found(&mesh).unwrap();
             let home = mesh.transformed(&frame.to_frame());
             let bounds = home.bounds();
             // The tip of the spinous process is the farthest point behind, and lies near the midline.
@@ -177,6 +180,6 @@ mod tests {
     #[test]
     fn a_box_has_no_back() {
         let mesh = cuboid(Vec3::zeros(), Vec3::repeat(0.03));
-        assert_eq!(find(&mesh), Err(LandmarkError::NoPosterior));
+        assert_eq!(found(&mesh), Err(LandmarkError::NoPosterior));
     }
 }

@@ -60,7 +60,7 @@ impl Preset {
     /// Its trabeculae, everywhere, all lengths `scale` times as long.
     pub fn region(self, scale: Real) -> Region {
         let (porosity, lost) = match self {
-            Self::Healthy => (0.84, 0.0),
+            Self::Healthy => (HEALTHY_POROSITY, 0.0),
             Self::Osteopenic => (0.90, 0.2),
             Self::Osteoporotic => (0.94, 0.45),
         };
@@ -74,5 +74,7 @@ impl Preset {
     }
 }
 
+/// Share of healthy trabecular bone that is pores [1].
+pub const HEALTHY_POROSITY: Real = 0.84;
 /// Edge of the cube that holds one node of the network of healthy struts [m].
 const PERIOD: Real = 0.65e-3;

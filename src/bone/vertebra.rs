@@ -69,14 +69,20 @@ impl Default for VertebraSettings {
     }
 }
 
+impl VertebraSettings {
+    /// Metres per table unit on each axis.
+    fn scale(&self) -> Vec3 {
+        Vec3::new(
+            self.body_width / (2.0 * HALF_WIDTH),
+            self.body_depth / (2.0 * HALF_DEPTH),
+            self.body_height / (2.0 * HALF_HEIGHT),
+        )
+    }
+}
+
 /// The vertebra's surface [m], closed and facing outwards.
 pub fn make(settings: &VertebraSettings) -> TriMesh {
-    // Metres per table unit on each axis.
-    let scale = Vec3::new(
-        settings.body_width / (2.0 * HALF_WIDTH),
-        settings.body_depth / (2.0 * HALF_DEPTH),
-        settings.body_height / (2.0 * HALF_HEIGHT),
-    );
+    let scale = settings.scale();
     let bounds = Aabb {
         min: Vec3::new(-50.0, -22.0, -40.0).component_mul(&scale),
         max: Vec3::new(50.0, 75.0, 30.0).component_mul(&scale),
@@ -95,6 +101,8 @@ pub fn write(out: &mut impl std::io::Write, settings: &VertebraSettings) -> std:
         settings.body_depth * 1e3,
         settings.body_height * 1e3
     );
+    let mut mesh = make(settings);
+    let arch = parted(&mut mesh, settings);
     let style = ObjStyle {
         unit: LengthUnit::Millimetre,
         up: UpAxis::Z,
@@ -102,8 +110,24 @@ pub fn write(out: &mut impl std::io::Write, settings: &VertebraSettings) -> std:
             "lumbar vertebra from formulas: osteoflow make vertebra",
             &size,
         ],
+        groups: &[("body", 0), ("arch", arch)],
     };
-    write_obj_with(out, &style, &make(settings), None, None)
+    write_obj_with(out, &style, &mesh, None, None)
+}
+
+/// Puts the triangles of the arch, pedicles and processes behind those of the body; the first of them.
+fn parted(mesh: &mut TriMesh, settings: &VertebraSettings) -> usize {
+    let scale = settings.scale();
+    let of_arch = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        let middle = corners.iter().sum::<Vec3>() / 3.0;
+        let p = sound(&middle.component_div(&scale), settings);
+        arch(&p) < body(&p)
+    };
+    let (behind, front): (Vec<_>, Vec<_>) = mesh.triangles.iter().copied().partition(of_arch);
+    let first = front.len();
+    mesh.triangles = [front, behind].concat();
+    first
 }
 
 const HALF_WIDTH: Real = 22.5;
@@ -140,8 +164,8 @@ const PAIRED: [Limb; 9] = [
     limb(
         [15.5, 22.0, 5.5],
         [5.2, 5.5, 6.5],
-        [17.5, 28.5, 13.0],
-        [3.5, 6.8, 5.0],
+        [18.5, 29.0, 14.5],
+        [3.4, 7.4, 6.2],
     ),
     limb(
         [19.0, 29.5, 10.0],
@@ -220,7 +244,7 @@ const MEDIAN: [Limb; 4] = [
 ];
 
 /// How far apart [mm] two parts begin to flow into each other.
-const LIMB_BLEND: Real = 3.5;
+const LIMB_BLEND: Real = 2.6;
 const BODY_BLEND: Real = 5.0;
 
 /// Where a point of the fractured bone lies in the sound one: heights over the lower endplate are stretched back.
@@ -238,14 +262,18 @@ fn sound(p: &Vec3, settings: &VertebraSettings) -> Vec3 {
 
 /// About the distance to the surface [mm], negative inside; exact only at the surface.
 fn distance(p: &Vec3) -> Real {
+    smooth_min(arch(p), body(p), BODY_BLEND)
+}
+
+/// Distance to pedicles, laminae and processes.
+fn arch(p: &Vec3) -> Real {
     let left = Vec3::new(p.x.abs(), p.y, p.z);
     let limbs = PAIRED.iter().map(|limb| limb.distance(&left));
     let spine = MEDIAN.iter().map(|limb| limb.distance(p));
     let arch = limbs
         .chain(spine)
         .fold(40.0, |d, limb| smooth_min(d, limb, LIMB_BLEND));
-    let arch = -smooth_min(-arch, canal(p), 2.0);
-    smooth_min(arch, body(p), BODY_BLEND)
+    -smooth_min(-arch, canal(p), 2.0)
 }
 
 impl Limb {
@@ -281,9 +309,12 @@ fn canal(p: &Vec3) -> Real {
 /// Distance to the vertebral body.
 fn body(p: &Vec3) -> Real {
     let height = (p.z / HALF_HEIGHT).clamp(-1.0, 1.0);
-    // Waist: narrowest at mid-height, flaring into the rims.
-    let waist = 1.0 - 0.13 * (1.0 - height * height) * (1.0 - 0.3 * height * height);
-    let (a, b) = (HALF_WIDTH * waist, HALF_DEPTH * waist);
+    // Waist: narrowest at mid-height, flaring into the rims, and deeper at the sides than in front.
+    let waist = (1.0 - height * height) * (1.0 - 0.3 * height * height);
+    let (a, b) = (
+        HALF_WIDTH * (1.0 - 0.20 * waist),
+        HALF_DEPTH * (1.0 - 0.15 * waist),
+    );
     // The back wall is hollow towards the canal: near the midline it lies further forward.
     let hollow = 3.2 * libm::exp(-(p.x / 9.0) * (p.x / 9.0));
     let y = p.y
@@ -334,6 +365,10 @@ mod tests {
         assert!((width.1 - width.0 - 0.045).abs() < 1.5e-3, "{width:?}");
         let height = section(|p| p.z, &|p| p.y < 5e-3);
         assert!((height.1 - height.0 - 0.028).abs() < 1.5e-3, "{height:?}");
+        // Two real L3 have waists of 0.80 and 0.86 of the width at the rims.
+        let waist = section(|p| p.x, &|p| p.y < 5e-3 && p.z.abs() < 1e-3);
+        let waist = (waist.1 - waist.0) / (width.1 - width.0);
+        assert!((0.82..0.88).contains(&waist), "{waist}");
         let front = section(|p| p.y, &|_| true).0;
         assert!((front + 0.017).abs() < 1e-3, "{front}");
     }

@@ -3,11 +3,19 @@
 use super::CacheError;
 use serde::Serialize;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 /// Writes a file, making its folder if need be.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// The same, as `fill` writes it.
+pub(super) fn write_with(
+    path: &Path,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), CacheError> {
     let failed = |e| CacheError::io(path, e);
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(failed)?;
@@ -15,7 +23,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".partial");
     let written = File::create(&temporary).and_then(|mut file| {
-        file.write_all(bytes)?;
+        fill(&mut file)?;
         // On disk before it takes the place of what was there: not even a power cut leaves half of it.
         file.sync_data()?;
         fs::rename(&temporary, path)

@@ -4,7 +4,7 @@
 //! and half the bytes.
 
 use super::CacheError;
-use super::container::{self, Container, Values};
+use super::container::{self, Column, Container};
 use crate::grid::BrickGrid;
 use crate::math::Vec3;
 use crate::solid::{Shape, Solid};
@@ -33,12 +33,11 @@ struct GridMeta {
 
 /// Writes wall particles.
 pub fn write_walls(path: &Path, walls: &WallParticles) -> Result<(), CacheError> {
-    let position = walls.position.iter().flat_map(|x| [x.x, x.y, x.z]);
-    let arrays = [
-        ("position", Values::F64(position.collect())),
-        ("volume", Values::F64(walls.volume.clone())),
+    let columns = vec![
+        Column::new("position", walls.position.iter().map(|x| [x.x, x.y, x.z])),
+        Column::new("volume", walls.volume.iter().map(|&v| [v])),
     ];
-    container::write(path, WALLS, &(), arrays.into())
+    container::write(path, WALLS, &(), columns)
 }
 
 /// Reads wall particles.
@@ -65,15 +64,13 @@ pub fn write_solid(path: &Path, solid: &Solid) -> Result<(), CacheError> {
         grids: grids.collect(),
     };
     let names: Vec<_> = (0..solid.grids.len()).map(names).collect();
-    let mut arrays = Vec::new();
+    let mut columns = Vec::new();
     for (grid, (first, values)) in solid.grids.iter().zip(&names) {
-        arrays.push((
-            first.as_str(),
-            Values::I32(grid.bricks().flat_map(|b| b.0).collect()),
-        ));
-        arrays.push((values.as_str(), Values::I16(steps_of(grid))));
+        let places: Vec<[i32; 3]> = grid.bricks().map(|b| b.0).collect();
+        columns.push(Column::new(first, places.into_iter()));
+        columns.push(Column::new(values, steps_of(grid).into_iter().map(|s| [s])));
     }
-    container::write(path, SOLID, &meta, arrays)
+    container::write(path, SOLID, &meta, columns)
 }
 
 /// Reads a solid.

@@ -11,7 +11,7 @@ use super::atomic;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"osteoflo";
@@ -21,7 +21,6 @@ const PREAMBLE: usize = 16;
 const CHECKSUM: usize = 4;
 
 /// Values of one type.
-#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
     F32(Vec<f32>),
     F64(Vec<f64>),
@@ -32,7 +31,7 @@ pub(super) enum Values {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Type {
+pub(super) enum Type {
     F32,
     F64,
     I16,
@@ -71,38 +70,80 @@ pub(super) struct Container {
     arrays: Vec<(String, Values)>,
 }
 
+/// Appends the next values to what is there, if there are any more.
+type Pieces<'a> = Box<dyn FnMut(&mut Vec<u8>) + 'a>;
+
+/// An array to be written: taken from where it stands, never copied whole.
+pub(super) struct Column<'a> {
+    header: ArrayHeader,
+    next: Pieces<'a>,
+}
+
+impl<'a> Column<'a> {
+    /// The values of all rows, one after the other.
+    pub fn new<T: Element, const N: usize>(
+        name: &str,
+        rows: impl ExactSizeIterator<Item = [T; N]> + 'a,
+    ) -> Self {
+        let header = ArrayHeader {
+            name: name.to_owned(),
+            r#type: T::TYPE,
+            length: (N * rows.len()) as u64,
+        };
+        let mut rows = rows;
+        let next = move |bytes: &mut Vec<u8>| {
+            for value in rows.by_ref().take(PIECE).flatten() {
+                value.append_to(bytes);
+            }
+        };
+        Self {
+            header,
+            next: Box::new(next),
+        }
+    }
+}
+
+/// Rows that are turned into bytes at once.
+const PIECE: usize = 4096;
+
 /// Writes a file of the given kind.
 pub(super) fn write(
     path: &Path,
     kind: &str,
     meta: &impl Serialize,
-    arrays: Vec<(&str, Values)>,
+    columns: Vec<Column<'_>>,
 ) -> Result<(), CacheError> {
+    let (arrays, contents): (Vec<_>, Vec<_>) =
+        columns.into_iter().map(|c| (c.header, c.next)).unzip();
     let header = Header {
         kind: kind.to_owned(),
         meta: serde_json::to_value(meta).map_err(|e| CacheError::damaged(path, e.to_string()))?,
-        arrays: arrays
-            .iter()
-            .map(|(name, values)| values.header(name))
-            .collect(),
+        arrays,
     };
-    let lengths = header.arrays.iter().map(|a| a.r#type.bytes() * a.length);
-    let payload = lengths.sum::<u64>() as usize;
     let header =
         serde_json::to_vec(&header).map_err(|e| CacheError::damaged(path, e.to_string()))?;
     let length = u32::try_from(header.len())
         .map_err(|_| CacheError::damaged(path, "the header is too long"))?;
-    let mut bytes = Vec::with_capacity(PREAMBLE + header.len() + payload + CHECKSUM);
-    bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(length.to_le_bytes());
+    let mut bytes = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes()].concat();
     bytes.extend(header);
-    // Each array goes as soon as it is written: no two copies of all of them.
-    for (_, values) in arrays {
-        values.append_to(&mut bytes);
-    }
-    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-    atomic::write(path, &bytes)
+    atomic::write_with(path, |file| {
+        let mut hash = crc32fast::Hasher::new();
+        let mut put = |bytes: &mut Vec<u8>| {
+            hash.update(bytes);
+            file.write_all(bytes)?;
+            bytes.clear();
+            Ok::<_, io::Error>(())
+        };
+        put(&mut bytes)?;
+        for mut next in contents {
+            next(&mut bytes);
+            while !bytes.is_empty() {
+                put(&mut bytes)?;
+                next(&mut bytes);
+            }
+        }
+        file.write_all(&hash.finalize().to_le_bytes())
+    })
 }
 
 impl Container {
@@ -254,7 +295,9 @@ impl Container {
 
 /// A type that arrays are made of.
 pub(super) trait Element: Copy {
+    const TYPE: Type;
     fn take(values: &mut Values) -> Option<Vec<Self>>;
+    fn append_to(self, bytes: &mut Vec<u8>);
 }
 
 /// A number that may be infinite, but should not.
@@ -278,28 +321,21 @@ impl Finite for f64 {
 macro_rules! elements {
     ($($variant:ident $type:ty),*) => {
         $(impl Element for $type {
+            const TYPE: Type = Type::$variant;
+
             fn take(values: &mut Values) -> Option<Vec<Self>> {
                 match values {
                     Values::$variant(values) => Some(std::mem::take(values)),
                     _ => None,
                 }
             }
+
+            fn append_to(self, bytes: &mut Vec<u8>) {
+                bytes.extend(self.to_le_bytes());
+            }
         })*
 
         impl Values {
-            fn header(&self, name: &str) -> ArrayHeader {
-                let (r#type, length) = match self {
-                    $(Self::$variant(values) => (Type::$variant, values.len()),)*
-                };
-                ArrayHeader { name: name.to_owned(), r#type, length: length as u64 }
-            }
-
-            fn append_to(&self, bytes: &mut Vec<u8>) {
-                match self {
-                    $(Self::$variant(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),)*
-                }
-            }
-
             fn from_bytes(r#type: Type, bytes: &[u8]) -> Self {
                 match r#type {
                     $(Type::$variant => Self::$variant(

@@ -1,6 +1,6 @@
 //! Frames on disk.
 
-use super::container::{self, Container, Values};
+use super::container::{self, Column, Container};
 use super::{CacheError, Frame};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -27,23 +27,17 @@ pub fn write_frame(path: &Path, frame: &Frame) -> Result<(), CacheError> {
         rest_volume: frame.rest_volume,
         particles: frame.position.len(),
     };
-    let arrays = [
-        (
-            "position",
-            Values::F32(frame.position.as_flattened().to_vec()),
-        ),
-        (
-            "velocity",
-            Values::F32(frame.velocity.as_flattened().to_vec()),
-        ),
-        (
+    let columns = vec![
+        Column::new("position", frame.position.iter().copied()),
+        Column::new("velocity", frame.velocity.iter().copied()),
+        Column::new(
             "polymer_fraction",
-            Values::F32(frame.polymer_fraction.clone()),
+            frame.polymer_fraction.iter().map(|&a| [a]),
         ),
-        ("pressure", Values::F32(frame.pressure.clone())),
-        ("id", Values::U32(frame.id.clone())),
+        Column::new("pressure", frame.pressure.iter().map(|&p| [p])),
+        Column::new("id", frame.id.iter().map(|&id| [id])),
     ];
-    container::write(path, KIND, &meta, arrays.into())
+    container::write(path, KIND, &meta, columns)
 }
 
 /// Reads a frame: every array has one row a particle and holds finite numbers.

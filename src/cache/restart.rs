@@ -1,7 +1,7 @@
 //! The state of a stopped simulation on disk.
 
 use super::CacheError;
-use super::container::{self, Container, Element, Finite, Values};
+use super::container::{self, Column, Container, Element, Finite};
 use crate::fluid::{FluidParticles, PerPhase};
 use crate::math::{Sym3, Vec3};
 use crate::sim::{Progress, State};
@@ -33,38 +33,31 @@ pub fn write_restart(
     progress: &Progress,
     record: &impl Serialize,
 ) -> Result<(), CacheError> {
-    let position = fluid.position.iter().flat_map(|x| [x.x, x.y, x.z]);
-    let velocity = fluid.phase_velocity.iter().flat_map(|v| {
+    let velocity = fluid.phase_velocity.iter().map(|v| {
         let PerPhase { liquid, polymer } = v;
         [
             liquid.x, liquid.y, liquid.z, polymer.x, polymer.y, polymer.z,
         ]
     });
-    let conformation = fluid
-        .conformation
-        .iter()
-        .flat_map(|u| [u.xx, u.yy, u.zz, u.xy, u.xz, u.yz]);
-    let origin = fluid.origin.iter().map(|&o| u32::from(o));
-    let arrays = [
-        ("position", Values::F64(position.collect())),
-        ("phase_velocity", Values::F64(velocity.collect())),
-        (
+    let conformation = fluid.conformation.iter();
+    let conformation = conformation.map(|u| [u.xx, u.yy, u.zz, u.xy, u.xz, u.yz]);
+    let columns = vec![
+        Column::new("position", fluid.position.iter().map(|x| [x.x, x.y, x.z])),
+        Column::new("phase_velocity", velocity),
+        Column::new(
             "polymer_fraction",
-            Values::F64(fluid.polymer_fraction.clone()),
+            fluid.polymer_fraction.iter().map(|&a| [a]),
         ),
-        ("conformation", Values::F64(conformation.collect())),
-        (
-            "pressure",
-            Values::F64(fluid.pressure.as_flattened().to_vec()),
-        ),
-        ("id", Values::U32(fluid.id.clone())),
-        ("origin", Values::U32(origin.collect())),
+        Column::new("conformation", conformation),
+        Column::new("pressure", fluid.pressure.iter().copied()),
+        Column::new("id", fluid.id.iter().map(|&id| [id])),
+        Column::new("origin", fluid.origin.iter().map(|&o| [u32::from(o)])),
     ];
     let meta = Meta {
         progress: progress.clone(),
         record,
     };
-    container::write(path, KIND, &meta, arrays.into())
+    container::write(path, KIND, &meta, columns)
 }
 
 /// Reads a restart file: every array has one row a particle and holds finite numbers.
@@ -74,7 +67,13 @@ pub fn read_restart<T: DeserializeOwned>(path: &Path) -> Result<Restart<T>, Cach
     let position: Vec<[f64; 3]> = file.take_points("position", None)?;
     let count = position.len();
     let velocity = rows::<f64, 6>(&mut file, "phase_velocity", count)?;
-    let conformation = rows::<f64, 6>(&mut file, "conformation", count)?;
+    let conformation = file.take_finite::<f64>("conformation", None)?;
+    // Empty where none is held.
+    let (conformation, rest) = conformation.as_chunks::<6>();
+    if !rest.is_empty() || ![0, count].contains(&conformation.len()) {
+        let what = "`conformation` has the wrong length";
+        return Err(CacheError::damaged(path, what));
+    }
     let whole = |values: Vec<u32>, what: &str| {
         if values.len() == count {
             Ok(values)
@@ -100,8 +99,8 @@ pub fn read_restart<T: DeserializeOwned>(path: &Path) -> Result<Restart<T>, Cach
             .collect(),
         polymer_fraction: file.take_finite("polymer_fraction", Some(count))?,
         conformation: conformation
-            .into_iter()
-            .map(|[xx, yy, zz, xy, xz, yz]| Sym3 {
+            .iter()
+            .map(|&[xx, yy, zz, xy, xz, yz]| Sym3 {
                 xx,
                 yy,
                 zz,
@@ -143,8 +142,13 @@ mod tests {
         for i in 0..particles {
             fluid.push(random.cube(), random.cube(), random.unit(), i as u32, 3);
             fluid.phase_velocity[i].polymer = random.cube();
-            fluid.conformation[i].xy = random.unit();
             fluid.pressure[i] = [random.unit() * 1e5, -0.0];
+        }
+        if particles != 1 {
+            fluid.hold_conformation();
+            for u in &mut fluid.conformation {
+                u.xy = random.unit();
+            }
         }
         let tally = Tally {
             residual: [1e-300, random.unit()],

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::bone::Preset;
 use crate::bone::vertebra::Level as Vertebra;
 use crate::flow::FrameRange;
 use crate::mesh::{LengthUnit, UpAxis};
@@ -152,6 +153,9 @@ pub(super) struct VertebraArguments {
     /// The OBJ file to write.
     #[arg(short, long)]
     pub out: PathBuf,
+    /// Writes beside it the bone section of a recipe (.toml): healthy, osteopenic or osteoporotic, by parts of the mesh.
+    #[arg(long, value_parser = preset)]
+    pub preset: Option<Preset>,
     /// Which lumbar vertebra: L1 to L5, in an adult's mean size [default: L3].
     #[arg(long, value_parser = level)]
     pub level: Option<Vertebra>,
@@ -173,6 +177,12 @@ pub(super) struct VertebraArguments {
     /// Edge of the lattice that the surface is drawn on.
     #[arg(long, value_parser = |text: &str| between(text, "0.4 mm", "5 mm"))]
     pub resolution: Option<Length>,
+}
+
+fn preset(text: &str) -> Result<Preset, String> {
+    let presets = [Preset::Healthy, Preset::Osteopenic, Preset::Osteoporotic];
+    let found = presets.into_iter().find(|preset| preset.name() == text);
+    found.ok_or_else(|| "expected healthy, osteopenic or osteoporotic".to_owned())
 }
 
 fn level(text: &str) -> Result<Vertebra, String> {
@@ -219,6 +229,9 @@ pub(super) struct CheckArguments {
     /// Which axis of a mesh points up: y or z [default: z].
     #[arg(long, value_parser = up)]
     pub up: Option<UpAxis>,
+    /// Draws a mesh here from the front, the left and above, as if its back were at y.
+    #[arg(long, value_name = "PNG")]
+    pub picture: Option<PathBuf>,
     /// Writes a mesh's triangles here, coloured by what is wrong with them.
     #[arg(long, value_name = "OBJ")]
     pub defects: Option<PathBuf>,

@@ -3,7 +3,7 @@
 use super::args::CheckArguments;
 use super::{Failure, failed, print};
 use crate::cache;
-use crate::flow::FlowError;
+use crate::flow::{self, FlowError};
 use crate::grid::vdb::{self, VdbFile, VdbGrid};
 use crate::math::Vec3;
 use crate::mesh::{self, LengthUnit, ObjStyle, Survey, UpAxis};
@@ -35,9 +35,13 @@ pub(super) fn check(arguments: &CheckArguments, as_json: bool) -> Result<(), Fai
     let up = arguments.up.unwrap_or(UpAxis::Z);
     let read = mesh::read_obj(path, unit, up).map_err(FlowError::from)?;
     let (survey, faults) = mesh::survey(&read, unit, up);
+    if let Some(out) = &arguments.picture {
+        flow::draw_three_sides(out, &read)?;
+    }
     if let Some(out) = &arguments.defects {
         let (apart, colours) = mesh::painted_faults(&read, &faults);
         let style = ObjStyle {
+            groups: &[],
             unit,
             up,
             comments: &[

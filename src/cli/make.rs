@@ -4,7 +4,7 @@ use super::args::{FanArguments, Shape, SyringeArguments, VertebraArguments};
 use super::failed;
 use crate::bone::vertebra::{self, Level, VertebraSettings};
 use crate::cache;
-use crate::flow::FlowError;
+use crate::flow::{self, FlowError};
 use crate::math::Real;
 use crate::solid::fan::{self, FanSettings};
 use crate::solid::syringe::{self, SyringeSettings};
@@ -14,7 +14,17 @@ use std::path::Path;
 
 pub(super) fn make(shape: &Shape) -> Result<(), FlowError> {
     match shape {
-        Shape::Vertebra(size) => put(&size.out, |out| vertebra::write(out, &vertebra(size))),
+        Shape::Vertebra(size) => {
+            let settings = vertebra(size);
+            put(&size.out, |out| vertebra::write(out, &settings))?;
+            let beside = |ending| size.out.with_extension(ending);
+            flow::draw_three_sides(&beside("png"), &vertebra::make(&settings))?;
+            let Some(preset) = size.preset else {
+                return Ok(());
+            };
+            let name = size.out.file_name().unwrap_or_default().to_string_lossy();
+            flow::write_bone_section(&beside("toml"), &name, preset)
+        }
         Shape::Fan(size) => put(&size.out, |out| fan::write(out, &fan(size))),
         Shape::Syringe(size) => put(&size.out, |out| syringe::write(out, &syringe(size))),
     }

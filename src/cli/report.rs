@@ -106,8 +106,14 @@ fn expected(forecast: &Forecast) -> String {
         line(
             "porosity",
             format!(
-                "{:>24} {:>7} {:>7} {:>10} {:>16} {:>14} {:>14}",
-                "asked", "made", "resolvable", "throats", "in spacings", "rods", "Kozeny–Carman"
+                "{:>24} {:>7} {:>7} {:>10} {:>16} {:>14} {:>9}",
+                "asked",
+                "made",
+                "resolvable",
+                "throats",
+                "in spacings",
+                "Kozeny–Carman",
+                "constant"
             ),
         );
         for region in bone.regions.iter().filter(|region| region.volume > 0.0) {
@@ -115,15 +121,15 @@ fn expected(forecast: &Forecast) -> String {
             line(
                 "",
                 format!(
-                    "{:<18} {:>5} {:>7.3} {:>10.3} {:>7.2} mm {:>16.1} {:>11.1e} m² {:>11.1e} m²",
+                    "{:<18} {:>5} {:>7.3} {:>10.3} {:>7.2} mm {:>16.1} {:>11.1e} m² {:>9.1}",
                     region.name,
                     asked.map_or("–".to_owned(), |p| format!("{p:.3}")),
                     region.porosity,
                     region.resolvable_porosity,
                     region.throat_diameter * 1e3,
                     region.throat_in_spacings,
-                    region.rods_permeability,
-                    region.kozeny_permeability
+                    region.kozeny_permeability,
+                    region.kozeny_constant
                 ),
             );
         }

@@ -27,16 +27,26 @@ pub(super) fn solid_mesh(
     Ok(mesh)
 }
 
-/// The outer surface in the frame of the recipe, where that lies, and what else is known.
-pub(super) fn read(
-    bone: &Bone,
-    observer: &mut Observer<'_>,
-) -> Result<(TriMesh, Option<Landmarks>, Sources), FlowError> {
+/// What was read of a bone, in the frame of the recipe.
+pub(super) struct Read {
+    /// The outer surface.
+    pub(super) outer: TriMesh,
+    /// The distance to it.
+    pub(super) distance: MeshDistance,
+    /// Where the frame lies in the file's.
+    pub(super) landmarks: Option<Landmarks>,
+    /// What else is known.
+    pub(super) sources: Sources,
+}
+
+/// Reads a bone and what is told beside its mesh.
+pub(super) fn read(bone: &Bone, observer: &mut Observer<'_>) -> Result<Read, FlowError> {
     let mut outer = solid_mesh(&bone.file, observer)?;
+    let mut distance = MeshDistance::new(&outer);
     let landmarks = match bone.frame {
         BoneFrame::AsIs => None,
         BoneFrame::Anatomical => {
-            let found = landmarks::find(&outer);
+            let found = landmarks::find(&outer, &distance);
             Some(found.map_err(|source| FlowError::NoFrame {
                 path: bone.file.path.clone(),
                 source,
@@ -44,7 +54,10 @@ pub(super) fn read(
         }
     };
     let to_frame = landmarks.map_or(Isometry3::identity(), |l| l.to_frame());
-    outer = outer.transformed(&to_frame);
+    if landmarks.is_some() {
+        outer = outer.transformed(&to_frame);
+        distance = distance.transformed(&to_frame);
+    }
     let sources = Sources {
         surface: surface(bone, &to_frame)?,
         volume: match &bone.volume {
@@ -52,7 +65,12 @@ pub(super) fn read(
             None => None,
         },
     };
-    Ok((outer, landmarks, sources))
+    Ok(Read {
+        outer,
+        distance,
+        landmarks,
+        sources,
+    })
 }
 
 /// Paint and parts of the mesh, if a region asks for them.

@@ -4,7 +4,9 @@ use super::FlowError;
 use crate::bone::landmarks;
 use crate::fluid::Cement;
 use crate::mesh::{self, MeshDistance, TriMesh};
-use crate::scene::{BoneFrame, MeshFile, Region, Scene};
+use crate::scene::{Bone, BoneFrame, MeshFile, Region, Scene};
+use crate::sim::Inlet;
+use nalgebra::{Isometry3, Point3};
 
 /// Bones, syringes and tanks are longer than this and shorter than that [m].
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 2e-3..=0.5;
@@ -25,28 +27,42 @@ pub fn doubts(scene: &Scene) -> Result<Vec<String>, FlowError> {
     };
     let mesh = read(&bone.file)?;
     doubts.extend(size(&bone.file, &mesh));
-    let frame = match bone.frame {
-        BoneFrame::AsIs => Some(mesh),
-        // Without landmarks `voxelise` says so, with the place.
-        BoneFrame::Anatomical => landmarks::find(&mesh)
-            .ok()
-            .map(|found| mesh.transformed(&found.to_frame())),
-    };
-    let Some((outer, _)) = frame.and_then(|mesh| mesh::repaired(mesh).ok()) else {
-        return Ok(doubts);
-    };
-    let distance = MeshDistance::new(&outer);
-    for inlet in &scene.sim.inlets {
-        let depth = -distance.signed(&inlet.position);
-        if bone.channels.is_empty() && depth > 0.0 {
-            doubts.push(format!(
-                "inlet \"{}\" opens {:.1} mm inside the bone, where nothing is cleared for it: give it a cannula",
-                inlet.name,
-                depth * 1e3
-            ));
-        }
+    if bone.channels.is_empty() {
+        doubts.extend(buried(scene, bone, mesh));
     }
     Ok(doubts)
+}
+
+/// Inlets inside the bone, where nothing is cleared for them.
+fn buried(scene: &Scene, bone: &Bone, mesh: TriMesh) -> Vec<String> {
+    // What cannot be repaired or has no landmarks, `voxelise` says, with the place.
+    let Ok((outer, _)) = mesh::repaired(mesh) else {
+        return Vec::new();
+    };
+    let distance = MeshDistance::new(&outer);
+    let to_frame = match bone.frame {
+        BoneFrame::AsIs => Some(Isometry3::identity()),
+        BoneFrame::Anatomical => landmarks::find(&outer, &distance)
+            .ok()
+            .map(|l| l.to_frame()),
+    };
+    let Some(from_frame) = to_frame.map(|motion| motion.inverse()) else {
+        return Vec::new();
+    };
+    let depth = |inlet: &Inlet| {
+        let place = from_frame.transform_point(&Point3::from(inlet.position));
+        -distance.signed(&place.coords)
+    };
+    let inlets = scene.sim.inlets.iter().filter(|inlet| depth(inlet) > 0.0);
+    inlets
+        .map(|inlet| {
+            format!(
+                "inlet \"{}\" opens {:.1} mm inside the bone, where nothing is cleared for it: give it a cannula",
+                inlet.name,
+                depth(inlet) * 1e3
+            )
+        })
+        .collect()
 }
 
 /// Material constants beyond those that [IMM-CT] (Table I) was tried with.

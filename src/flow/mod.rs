@@ -9,6 +9,7 @@ mod folder;
 mod forecast;
 mod frames;
 mod golden;
+mod made;
 mod movers;
 mod overview;
 mod permeability;
@@ -30,6 +31,7 @@ pub use folder::Folder;
 pub use forecast::{Forecast, Outlook, StageForecast};
 pub use frames::FrameRange;
 pub use golden::Golden;
+pub use made::{draw_three_sides, write_bone_section};
 pub use overview::sheet;
 pub use stage::Stage;
 

@@ -4,7 +4,6 @@ use super::{Event, FlowError, Job, Observer, bone as read};
 use crate::bone::{self, BoneReport, Sample, landmarks};
 use crate::cache;
 use crate::math::{Aabb, Real};
-use crate::mesh::MeshDistance;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -40,11 +39,15 @@ impl Job {
         let coarsest = sim.spacing / bone.settings.nodes_per_spacing;
         let voxel = coarsest.min(thinnest / ACROSS_STRUT);
 
-        let (outer, _, sources) = read::read(bone, &mut |_| {})?;
+        let read::Read {
+            outer,
+            distance,
+            sources,
+            ..
+        } = read::read(bone, &mut |_| {})?;
         let domain = &sim.domain;
         let bounds = outer.bounds();
         let middle = (bounds.min.sup(&domain.min) + bounds.max.inf(&domain.max)) * 0.5;
-        let distance = MeshDistance::new(&outer);
         let (centre, depth) =
             landmarks::deepest_near(&distance, middle, bounds.extent().max() * 0.1);
         let mut settings = bone.settings.clone();
@@ -63,7 +66,14 @@ impl Job {
             max: centre,
         };
         settings.within = Some(point.grown(0.5 * edge as Real * voxel));
-        let cube = bone::build(&outer, &settings, &sources, sim.spacing, &bone.channels)?;
+        let cube = bone::build(
+            &outer,
+            &distance,
+            &settings,
+            &sources,
+            sim.spacing,
+            &bone.channels,
+        )?;
         let sample = Sample::cut(&centre, edge, voxel, |x| cube.solid.value(x));
         let along = [0, 1, 2].map(|axis| sample.permeability(axis));
         let told = along.map(|k| k.map_or("no steady flow".to_owned(), |k| format!("{k:.2e} m²")));

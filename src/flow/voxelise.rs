@@ -91,12 +91,24 @@ pub(super) fn mesh_solid(mesh: &TriMesh, spacing: Real) -> Solid {
 fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGrid, FlowError> {
     let sim = &job.scene.sim;
     let path = &bone.file.path;
-    let (outer, landmarks, sources) = read::read(bone, observer)?;
+    let read::Read {
+        outer,
+        distance,
+        landmarks,
+        sources,
+    } = read::read(bone, observer)?;
     let mut settings = bone.settings.clone();
     // What no particle can touch is not built.
     let touched = sim.domain.grown((sim.support_ratio + 1.0) * sim.spacing);
     settings.within = Some(touched);
-    let built = bone::build(&outer, &settings, &sources, sim.spacing, &bone.channels)?;
+    let built = bone::build(
+        &outer,
+        &distance,
+        &settings,
+        &sources,
+        sim.spacing,
+        &bone.channels,
+    )?;
     for region in &built.report.regions {
         if region.volume > 0.0 && region.throat_in_spacings < bone::ACROSS {
             let note = format!(
@@ -113,14 +125,14 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
             let asked = asked.map_or("–".to_owned(), |p| format!("{p:.3}"));
             let note = format!(
                 "region \"{}\": porosity asked {asked}, made {:.3}, resolvable {:.3}; \
-                 throats {:.2} mm, {:.1} spacings; permeability of such rods {:.1e} m², by Kozeny–Carman {:.1e} m²",
+                 throats {:.2} mm, {:.1} spacings; permeability by Kozeny–Carman {:.1e} m² with {:.1}, the constant of such rods",
                 region.name,
                 region.porosity,
                 region.resolvable_porosity,
                 region.throat_diameter * 1e3,
                 region.throat_in_spacings,
-                region.rods_permeability,
-                region.kozeny_permeability
+                region.kozeny_permeability,
+                region.kozeny_constant
             );
             observer(Event::Note(path, &note));
         }
@@ -171,7 +183,7 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
     }
     let finest = libm::cbrt(bounds.extent().product() / MOST_NODES);
     let step = finest.max(DRAWN * spacing);
-    mesh::surface_nets(&bounds, step, |x| solid.value(x))
+    mesh::surface_nets_of(&bounds, step, |x| solid.value(x), |x| solid.sample(x))
 }
 
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.

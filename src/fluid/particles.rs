@@ -3,7 +3,7 @@
 use super::PerPhase;
 use crate::math::{Real, Sym3, Vec3};
 
-/// One row per particle; all vectors equally long.
+/// One row per particle; all vectors equally long, but for a conformation that nobody needs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FluidParticles {
     /// x_i [m].
@@ -12,7 +12,7 @@ pub struct FluidParticles {
     pub phase_velocity: Vec<PerPhase<Vec3>>,
     /// α of the polymer phase, in [0, 1]; the liquid is the rest, so that Σ α = 1 holds by itself (Eq. 3).
     pub polymer_fraction: Vec<Real>,
-    /// U_i [1]; symmetric positive definite, I when relaxed.
+    /// U_i [1]; symmetric positive definite, I when relaxed. Empty as long as all are relaxed.
     pub conformation: Vec<Sym3>,
     /// Warm starts [Pa]: of the constant-volume and of the divergence solve.
     pub pressure: Vec<[Real; 2]>,
@@ -48,10 +48,22 @@ impl FluidParticles {
             polymer: velocity,
         });
         self.polymer_fraction.push(polymer_fraction);
-        self.conformation.push(Sym3::IDENTITY);
+        if !self.conformation.is_empty() {
+            self.conformation.push(Sym3::IDENTITY);
+        }
         self.pressure.push([0.0; 2]);
         self.id.push(id);
         self.origin.push(origin);
+    }
+
+    /// U_i [1].
+    pub fn conformation(&self, i: usize) -> Sym3 {
+        *self.conformation.get(i).unwrap_or(&Sym3::IDENTITY)
+    }
+
+    /// Gives every particle a conformation of its own, relaxed where none was held.
+    pub fn hold_conformation(&mut self) {
+        self.conformation.resize(self.len(), Sym3::IDENTITY);
     }
 
     /// Becomes a copy of `other` in its own memory.

@@ -16,6 +16,14 @@ pub fn of_conformation(modulus: Real, u: &Sym3) -> Mat3 {
     (*u - Sym3::IDENTITY).to_matrix() * modulus
 }
 
+/// τ less its least principal value, G (U − λ_min I) [Pa]: none of it presses. Only the level of pressure differs.
+///
+/// Stretched fluid presses outwards across its stretch by G (1 − λ_min), and at a free surface a pressure below 0 has
+/// to balance that. Of this stress it is 0 there, so a pressure that cannot pull does not let the fluid swell and tear.
+pub fn above_least(modulus: Real, u: &Sym3) -> Mat3 {
+    (*u - Sym3::IDENTITY * u.eigenvalues()[0]).to_matrix() * modulus
+}
+
 /// χ: more hides what bends sharply between particles, less lets noise through. Giesekus channel at 20 across: 5.0 %
 /// with 1, 2.4 % with 0.5, 1.1 % with 0.3; first normal stress difference in the shear cell: 0.4, 2.7 and 7 %.
 const STABILISER: Real = 0.6;

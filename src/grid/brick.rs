@@ -111,7 +111,7 @@ impl BrickGrid {
 
     /// The brick that holds a node.
     #[inline]
-    fn brick(&self, node: [i32; 3]) -> Option<&[f32; NODES]> {
+    pub(super) fn brick(&self, node: [i32; 3]) -> Option<&[f32; NODES]> {
         let &place = self.place.get(&Key::holding(node))?;
         Some(&self.stored[place as usize].1)
     }
@@ -225,7 +225,7 @@ impl BrickGrid {
 
 /// ⌊c⌋ without a call; a particle lost far away finds the background, not an overflow.
 #[inline]
-fn floor(c: Real) -> i32 {
+pub(super) fn floor(c: Real) -> i32 {
     let c = c.clamp(-1e9, 1e9);
     let towards_zero = c as i32;
     towards_zero - i32::from(Real::from(towards_zero) > c)
@@ -233,7 +233,7 @@ fn floor(c: Real) -> i32 {
 
 /// Place of a node inside its brick, z running fastest (as in an OpenVDB leaf).
 #[inline]
-fn offset(node: [i32; 3]) -> usize {
+pub(super) fn offset(node: [i32; 3]) -> usize {
     let [x, y, z] = node.map(|n| n.rem_euclid(BRICK) as usize);
     x << 6 | y << 3 | z
 }

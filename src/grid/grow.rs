@@ -33,6 +33,9 @@ impl BrickNeighbours {
             let here = masks[b];
             let before = of(self.before[b][axis]);
             let after = of(self.after[b][axis]);
+            if [here, before, after] == [[0; 8]; 3] {
+                return here;
+            }
             std::array::from_fn(|x| {
                 let w = here[x];
                 w | match axis {

@@ -13,8 +13,8 @@ pub(super) struct BitRows {
 }
 
 impl BitRows {
-    /// The bits for which `set` holds.
-    pub(super) fn new(count: [usize; 3], set: impl Fn([usize; 3]) -> bool + Sync) -> Self {
+    /// The bits of the nodes, with how many nodes further along z the same holds.
+    pub(super) fn new(count: [usize; 3], set: impl Fn([usize; 3]) -> (bool, usize) + Sync) -> Self {
         let words = count[2].div_ceil(64);
         let mut rows = Self {
             count,
@@ -24,11 +24,31 @@ impl BitRows {
         let place = |row: usize, z: usize| [row / count[1], row % count[1], z];
         let each = rows.bits.par_chunks_mut(words.max(1)).enumerate();
         each.for_each(|(row, bits)| {
-            for z in 0..count[2] {
-                bits[z / 64] |= u64::from(set(place(row, z))) << (z % 64);
+            let mut z = 0;
+            while z < count[2] {
+                let (is_set, alike) = set(place(row, z));
+                let next = (z + 1 + alike).min(count[2]);
+                if is_set {
+                    (z..next).for_each(|z| bits[z / 64] |= 1 << (z % 64));
+                }
+                z = next;
             }
         });
         rows
+    }
+
+    /// Takes back the nodes on the faces of the lattice.
+    pub(super) fn clear_rim(&mut self) {
+        let [nx, ny, nz] = self.count;
+        let words = self.words();
+        for (row, bits) in self.bits.chunks_mut(words.max(1)).enumerate() {
+            let (x, y) = (row / ny, row % ny);
+            if x == 0 || x + 1 == nx || y == 0 || y + 1 == ny {
+                bits.fill(0);
+            }
+            bits[0] &= !1;
+            bits[(nz - 1) / 64] &= !(1 << ((nz - 1) % 64));
+        }
     }
 
     /// Words in a row.
@@ -172,7 +192,7 @@ mod tests {
         let mut random = crate::math::Stream::new(2, "bits");
         let plain: Vec<bool> = (0..4 * 5 * 131).map(|_| random.unit() < 0.02).collect();
         let index = |[x, y, z]: [usize; 3]| (x * 5 + y) * 131 + z;
-        let rows = BitRows::new(count, |place| plain[index(place)]);
+        let rows = BitRows::new(count, |place| (plain[index(place)], 0));
         let cells = rows.mixed();
         let near = cells.corners();
         let mut expected = Vec::new();

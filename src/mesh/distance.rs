@@ -8,10 +8,10 @@
 
 use super::edges::Edges;
 use super::winding::Winding;
-use super::{TriMesh, crossing, orient};
+use super::{TriMesh, crossing, shown};
 use crate::math::{Real, Vec3};
+use nalgebra::{Isometry3, Point3};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
-use rayon::prelude::*;
 
 /// A mesh made ready for distance queries.
 pub struct MeshDistance {
@@ -63,30 +63,42 @@ impl MeshDistance {
         let count = mesh.triangles.len();
         let edges = Edges::of(mesh);
         let crossing = crossing::crossing(mesh);
-        let winding = (!is_simple(mesh, &edges, &crossing)).then(|| Winding::new(mesh, |_| true));
-        let kept: Vec<u32> = match &winding {
-            None => (0..count as u32).collect(),
-            Some(winding) => {
-                let shown = |t: &u32| is_surface(&mesh.corners(*t as usize), winding);
-                (0..count as u32).into_par_iter().filter(shown).collect()
-            }
+        let (winding, kept) = match shown::shown(mesh, &edges, &crossing) {
+            None => (None, (0..count as u32).collect()),
+            Some((winding, kept)) => (Some(winding), kept),
         };
         let (normals, unsure) = features(mesh, &edges, &crossing);
         let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| mesh.corners(t as usize)).collect();
-        let boxes: Vec<_> = corners
-            .iter()
-            .map(|&[a, b, c]| {
-                let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
-                parry3d_f64::bounding_volume::Aabb::new(low.into(), high.into())
-            })
-            .collect();
         Self {
-            corners,
             normals: kept.iter().map(|&t| normals[t as usize]).collect(),
             unsure: kept.iter().map(|&t| unsure[t as usize]).collect(),
             kept,
             winding,
-            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            tree: tree_of(&corners),
+            corners,
+        }
+    }
+
+    /// Of the mesh in another place: what was found out about it stays.
+    #[must_use]
+    pub fn transformed(self, motion: &Isometry3<Real>) -> Self {
+        let place = |p: &Vec3| motion.transform_point(&Point3::from(*p)).coords;
+        let turn = |n: &Vec3| motion.rotation * n;
+        let corners: Vec<[Vec3; 3]> = self
+            .corners
+            .iter()
+            .map(|corners| corners.each_ref().map(place))
+            .collect();
+        Self {
+            normals: self
+                .normals
+                .iter()
+                .map(|normals| normals.each_ref().map(turn))
+                .collect(),
+            winding: self.winding.map(|winding| winding.transformed(motion)),
+            tree: tree_of(&corners),
+            corners,
+            ..self
         }
     }
 
@@ -193,65 +205,6 @@ impl MeshDistance {
     }
 }
 
-/// Whether pseudo-normals alone tell the inside: closed, oriented, nothing crosses, shells lie in each other as
-/// bubbles do.
-fn is_simple(mesh: &TriMesh, edges: &Edges, crossing: &[bool]) -> bool {
-    let paired = |around: &[super::edges::Side]| match around {
-        [a, b] => a.forward != b.forward,
-        _ => false,
-    };
-    if crossing.contains(&true) || !edges.iter().all(paired) {
-        return false;
-    }
-    let mut pieces = orient::pieces(edges, mesh.triangles.len());
-    let count = pieces.count();
-    if count < 2 {
-        return true;
-    }
-    // One triangle a piece, the largest: next to it the winding number has to be 0 in front and 1 behind.
-    let mut largest: Vec<Option<(Real, usize)>> = vec![None; mesh.triangles.len()];
-    for t in 0..mesh.triangles.len() {
-        let best = &mut largest[pieces.root(t as u32) as usize];
-        let area = mesh.area_normal(t).norm();
-        if best.is_none_or(|(most, _)| area > most) {
-            *best = Some((area, t));
-        }
-    }
-    let winding = Winding::new(mesh, |_| true);
-    let probes: Vec<usize> = largest.iter().flatten().map(|(_, t)| *t).collect();
-    probes.into_par_iter().all(|t| {
-        let (front, back) = sides(&mesh.corners(t), [1.0 / 3.0; 3], &winding);
-        front.abs() < 0.3 && (back - 1.0).abs() < 0.3
-    })
-}
-
-/// Winding numbers in front of and behind a point of a triangle.
-fn sides(corners: &[Vec3; 3], weights: [Real; 3], winding: &Winding) -> (Real, Real) {
-    let [a, b, c] = corners;
-    let at = a * weights[0] + b * weights[1] + c * weights[2];
-    let normal = (b - a).cross(&(c - a));
-    let size = normal.norm().sqrt();
-    let step = normal.try_normalize(0.0).unwrap_or_default() * (size * 1e-3);
-    (winding.at(&(at + step)), winding.at(&(at - step)))
-}
-
-/// Whether a triangle has inside on one side and outside on the other, somewhere.
-fn is_surface(corners: &[Vec3; 3], winding: &Winding) -> bool {
-    let near = 0.8;
-    let far = 0.5 * (1.0 - near);
-    [
-        [1.0 / 3.0; 3],
-        [near, far, far],
-        [far, near, far],
-        [far, far, near],
-    ]
-    .into_iter()
-    .any(|weights| {
-        let (front, back) = sides(corners, weights, winding);
-        (front > 0.5) != (back > 0.5)
-    })
-}
-
 /// Pseudo-normals of all features of each triangle, and which of them tell nothing: where an edge has not its two
 /// triangles, or they disagree, or one crosses another.
 fn features(mesh: &TriMesh, edges: &Edges, crossing: &[bool]) -> (Vec<[Vec3; 7]>, Vec<u8>) {
@@ -300,6 +253,17 @@ fn features(mesh: &TriMesh, edges: &Edges, crossing: &[bool]) -> (Vec<[Vec3; 7]>
         }
     }
     (normals, unsure)
+}
+
+fn tree_of(corners: &[[Vec3; 3]]) -> Bvh {
+    let boxes: Vec<_> = corners
+        .iter()
+        .map(|&[a, b, c]| {
+            let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
+            parry3d_f64::bounding_volume::Aabb::new(low.into(), high.into())
+        })
+        .collect();
+    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
 }
 
 /// Squared distance from a point to the box of a tree node [m²].

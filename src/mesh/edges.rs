@@ -1,6 +1,7 @@
 //! Edges of a mesh and the triangles around them.
 
 use super::TriMesh;
+use rayon::prelude::*;
 
 /// A triangle's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +33,7 @@ impl Edges {
                 });
             }
         }
-        sides.sort_unstable();
+        sides.par_sort_unstable();
         Self(sides)
     }
 

@@ -14,6 +14,39 @@ use rayon::prelude::*;
 /// The surface `distance` = 0 (negative inside) on a lattice of edge `step` [m] over `bounds`; what would leave
 /// `bounds` is closed there. Vertices are moved onto the surface.
 pub fn surface_nets(bounds: &Aabb, step: Real, distance: impl Fn(&Vec3) -> Real + Sync) -> TriMesh {
+    let reach = 0.05 * step;
+    let gradient = |x: &Vec3| {
+        let along = |axis: usize| {
+            let mut offset = Vec3::zeros();
+            offset[axis] = reach;
+            (distance(&(x + offset)) - distance(&(x - offset))) / (2.0 * reach)
+        };
+        (distance(x), Vec3::from_fn(|axis, _| along(axis)))
+    };
+    nets(bounds, step, &distance, gradient, |_| 0)
+}
+
+/// The same of a field whose `value` changes along an axis by no more than the way is long, and whose `sample` gives
+/// the gradient beside it.
+pub fn surface_nets_of(
+    bounds: &Aabb,
+    step: Real,
+    value: impl Fn(&Vec3) -> Real + Sync,
+    sample: impl Fn(&Vec3) -> (Real, Vec3) + Sync,
+) -> TriMesh {
+    // A little less than that: a shell may change its thickness.
+    let alike = |value: Real| (0.8 * value.abs() / step) as usize;
+    nets(bounds, step, value, sample, alike)
+}
+
+/// With `sample` the value and the gradient, and `alike` how many nodes further a value keeps its sign.
+fn nets(
+    bounds: &Aabb,
+    step: Real,
+    distance: impl Fn(&Vec3) -> Real + Sync,
+    sample: impl Fn(&Vec3) -> (Real, Vec3) + Sync,
+    alike: impl Fn(Real) -> usize + Sync,
+) -> TriMesh {
     let lattice = Lattice {
         // Off the round numbers, where symmetric shapes would put nodes exactly on the surface.
         origin: bounds.min.add_scalar(-1.013 * step),
@@ -23,8 +56,10 @@ pub fn surface_nets(bounds: &Aabb, step: Real, distance: impl Fn(&Vec3) -> Real 
     let on_rim =
         |place: [usize; 3]| (0..3).any(|a| place[a] == 0 || place[a] + 1 == lattice.count[a]);
     let mut inside = BitRows::new(lattice.count, |place| {
-        !on_rim(place) && distance(&lattice.at(place)) < 0.0
+        let value = distance(&lattice.at(place));
+        (value < 0.0, alike(value))
     });
+    inside.clear_rim();
     while fill_critical_cells(&mut inside, on_rim) {}
 
     let cells = inside.mixed();
@@ -48,7 +83,7 @@ pub fn surface_nets(bounds: &Aabb, step: Real, distance: impl Fn(&Vec3) -> Real 
         .map(|row| quads_of_row(near.row(row), &inside, &cells, &mesh.positions))
         .flatten_iter()
         .collect();
-    settle(&mut mesh, step, distance);
+    settle(&mut mesh, step, sample);
     mesh
 }
 
@@ -167,7 +202,7 @@ fn split(positions: &[Vec3], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
 }
 
 /// Evens the triangles out and puts the vertices on the surface, each within half a cell of where it was.
-fn settle(mesh: &mut TriMesh, step: Real, distance: impl Fn(&Vec3) -> Real + Sync) {
+fn settle(mesh: &mut TriMesh, step: Real, sample: impl Fn(&Vec3) -> (Real, Vec3) + Sync) {
     let start = mesh.positions.clone();
     for _ in 0..4 {
         let mut sum = vec![(Vec3::zeros(), 0.0); start.len()];
@@ -184,7 +219,7 @@ fn settle(mesh: &mut TriMesh, step: Real, distance: impl Fn(&Vec3) -> Real + Syn
             .map(|v| {
                 let (total, count) = sum[v];
                 let even = old[v].lerp(&(total / count), 0.5);
-                let landed = land(&even, step, &distance);
+                let landed = land(&even, sample(&even));
                 start[v] + (landed - start[v]).cap_magnitude(0.5 * step)
             })
             .collect();
@@ -193,15 +228,9 @@ fn settle(mesh: &mut TriMesh, step: Real, distance: impl Fn(&Vec3) -> Real + Syn
 }
 
 /// One Newton step along the gradient.
-fn land(x: &Vec3, step: Real, distance: &impl Fn(&Vec3) -> Real) -> Vec3 {
-    let reach = 0.05 * step;
-    let gradient = Vec3::from_fn(|axis, _| {
-        let mut offset = Vec3::zeros();
-        offset[axis] = reach;
-        (distance(&(x + offset)) - distance(&(x - offset))) / (2.0 * reach)
-    });
+fn land(x: &Vec3, (value, gradient): (Real, Vec3)) -> Vec3 {
     // A flat gradient says little about where the surface is.
-    x - gradient * (distance(x) / gradient.norm_squared().max(0.1))
+    x - gradient * (value / gradient.norm_squared().max(0.1))
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ pub struct ObjStyle<'a> {
     pub up: UpAxis,
     /// Lines that go on top, each behind a `#`.
     pub comments: &'a [&'a str],
+    /// Names of groups and the first triangle of each, ascending.
+    pub groups: &'a [(&'a str, usize)],
 }
 
 impl Default for ObjStyle<'_> {
@@ -22,6 +24,7 @@ impl Default for ObjStyle<'_> {
             unit: LengthUnit::Metre,
             up: UpAxis::Y,
             comments: &[],
+            groups: &[],
         }
     }
 }
@@ -71,7 +74,12 @@ pub fn write_obj_with(
         text.line(b"vn", style.up.outward(normal), 5);
         text.end()?;
     }
-    for triangle in &mesh.triangles {
+    let mut groups = style.groups.iter().peekable();
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        while let Some((name, _)) = groups.next_if(|(_, first)| *first <= t) {
+            text.buffer.extend(format!("g {name}").bytes());
+            text.end()?;
+        }
         text.buffer.push(b'f');
         for v in triangle {
             let id = u64::from(*v) + 1;
@@ -130,6 +138,7 @@ mod tests {
         for style in [
             ObjStyle::default(),
             ObjStyle {
+                groups: &[],
                 unit: LengthUnit::Millimetre,
                 up: UpAxis::Z,
                 comments: &["made by a test"],

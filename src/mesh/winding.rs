@@ -9,6 +9,7 @@
 
 use super::TriMesh;
 use crate::math::{Real, Vec3};
+use nalgebra::{Isometry3, Point3};
 use std::f64::consts::PI;
 
 /// A group is far when it is this many of its radii away: all dipoles together then err by less than 0.05.
@@ -47,6 +48,20 @@ impl Winding {
             split(&mut corners, 0..count, &mut nodes);
         }
         Self { corners, nodes }
+    }
+
+    /// Of the mesh in another place.
+    #[must_use]
+    pub fn transformed(mut self, motion: &Isometry3<Real>) -> Self {
+        let place = |p: &Vec3| motion.transform_point(&Point3::from(*p)).coords;
+        for corner in self.corners.as_flattened_mut() {
+            *corner = place(corner);
+        }
+        for node in &mut self.nodes {
+            node.centre = place(&node.centre);
+            node.dipole = motion.rotation * node.dipole;
+        }
+        self
     }
 
     /// w at `x`.

@@ -82,6 +82,9 @@ pub struct BodyRecipe {
     pub polymer_fraction: Real,
     /// Start velocity; at rest if not given.
     pub velocity: Option<[Velocity; 3]>,
+    /// Fills pores to their walls: as many particles as there is room for.
+    #[serde(default)]
+    pub saturated: bool,
 }
 
 /// A solid: one region; with `hollow` everything outside it is solid instead.

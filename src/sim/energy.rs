@@ -126,7 +126,7 @@ pub fn elastic(settings: &SimSettings, fluid: &FluidParticles, rest_volume: Real
     let modulus = |i: usize| settings.cement.modulus(fluid.polymer_fraction[i]);
     rest_volume
         * ordered_sum(fluid.len(), |i| {
-            stress::elastic_energy(modulus(i), &fluid.conformation[i])
+            stress::elastic_energy(modulus(i), &fluid.conformation(i))
         })
 }
 
@@ -135,17 +135,26 @@ pub fn held(settings: &SimSettings, fluid: &FluidParticles, rest_volume: Real) -
     kinetic(&settings.cement, fluid, rest_volume) + elastic(settings, fluid, rest_volume)
 }
 
-/// What U loses by relaxing in a step [J/m³]: Simpson's rule over quarters of it.
+/// What U loses by relaxing in a step [J/m³]: Simpson's rule over pieces that begin at half a memory and double, since
+/// what is left of the last step relaxes first.
 fn relaxation_loss(cement: &Cement, alpha: Real, start: &Sym3, gradient: &Mat3, dt: Real) -> Real {
     let modulus = cement.modulus(alpha);
-    let piece = 0.25 * dt;
-    let mut u = *start;
-    let mut loss = 0.0;
-    for weight in [1.0, 4.0, 2.0, 4.0, 1.0] {
-        loss += weight * stress::relaxation_power(cement, modulus, &u);
-        u = conformation::advance(&u, gradient, cement.relaxation_time, cement.thinning, piece);
+    let power = |u: &Sym3| stress::relaxation_power(cement, modulus, u);
+    let after = |u: &Sym3, time: Real| {
+        conformation::advance(u, gradient, cement.relaxation_time, cement.thinning, time)
+    };
+    let stretch = start.eigenvalues()[2];
+    let memory = 1.0 / (1.0 / cement.relaxation_time + cement.thinning * stretch);
+    let (mut piece, mut left) = ((0.5 * memory).min(0.5 * dt), dt);
+    let (mut u, mut loss) = (*start, 0.0);
+    while left > 0.0 {
+        let time = if left < 1.5 * piece { left } else { piece };
+        let middle = after(&u, 0.5 * time);
+        let end = after(&middle, 0.5 * time);
+        loss += (power(&u) + 4.0 * power(&middle) + power(&end)) * time / 6.0;
+        (u, left, piece) = (end, left - time, 2.0 * piece);
     }
-    loss * piece / 3.0
+    loss
 }
 
 impl Stepper<'_> {
@@ -161,7 +170,9 @@ impl Stepper<'_> {
         };
         self.books = Some(Books {
             velocity: self.mix.velocity.clone(),
-            conformation: self.fluid.conformation.clone(),
+            conformation: (0..self.fluid.len())
+                .map(|i| self.fluid.conformation(i))
+                .collect(),
             kinetic: kinetic(&self.settings.cement, self.fluid, volume),
             pressure: vec![Vec3::zeros(); self.fluid.len()],
             pushed: 0.0,
@@ -209,7 +220,7 @@ impl Stepper<'_> {
                 .map(|i| {
                     let modulus = cement.modulus(fluid.polymer_fraction[i]);
                     stress::of_conformation(modulus, &books.conformation[i]) * (1.0 - weight)
-                        + stress::of_conformation(modulus, &fluid.conformation[i]) * weight
+                        + stress::of_conformation(modulus, &fluid.conformation(i)) * weight
                 })
                 .collect();
             elastic = stress_force(near, &tau);

@@ -1,6 +1,6 @@
 //! Gravity, friction between the phases, viscosity and polymer stress.
 
-use super::settings::ElasticWaves;
+use super::settings::{ElasticWaves, Scheme, StressStep};
 use super::stepper::Stepper;
 use crate::fluid::{conformation, mixture, stress};
 use crate::math::{Mat3, Real, Sym3, Vec3};
@@ -120,6 +120,15 @@ impl Stepper<'_> {
         self.solve_coupled(&viscosity, Mean::Harmonic, force);
     }
 
+    /// Whether polymer stress may pull at a free surface: it has one, and no piston keeps it under pressure.
+    pub(super) fn may_be_pulled(&self) -> bool {
+        !self.closed
+            && self.inlets.is_empty()
+            && self.stress != StressStep::Explicit
+            && self.settings.scheme == Scheme::ImmCt
+            && self.settings.cement.relaxation_time > 0.0
+    }
+
     /// Gravity, solvent viscosity, polymer stress (Eqs 12–16) and pressure in one solve.
     ///
     /// The stress enters in increment form around a prediction with L(v^n),
@@ -132,6 +141,11 @@ impl Stepper<'_> {
         let resolved = self.settings.elastic_waves == ElasticWaves::Resolved;
         let n = self.fluid.len();
         let (b, memory) = stress::implicit_weight(cement, dt);
+        let stress_of = if self.may_be_pulled() {
+            stress::above_least
+        } else {
+            stress::of_conformation
+        };
         let terms: Vec<(Mat3, Real, Real)> = (0..n)
             .into_par_iter()
             .with_min_len(128)
@@ -150,8 +164,7 @@ impl Stepper<'_> {
                 let stabiliser =
                     stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, resolved);
                 let implicit = (modulus * memory * stretch).max(stabiliser);
-                let tau = stress::of_conformation(modulus, u) * (1.0 - b)
-                    + stress::of_conformation(modulus, &predicted) * b
+                let tau = stress_of(modulus, u) * (1.0 - b) + stress_of(modulus, &predicted) * b
                     - self.gradient[i] * stabiliser;
                 (tau, implicit, implicit - stabiliser)
             })

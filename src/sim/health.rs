@@ -104,7 +104,7 @@ pub fn first_symptom(fluid: &FluidParticles, reach: Real, dt: Real) -> Option<(u
             Symptom::NonFinite
         } else if !(0.0..=1.0).contains(&alpha) {
             Symptom::Fraction
-        } else if !fluid.conformation[i].is_positive_definite() {
+        } else if !fluid.conformation(i).is_positive_definite() {
             Symptom::NotPositive
         } else if crate::fluid::mixture::mixture_velocity(v, alpha).norm() * dt > reach {
             Symptom::Runaway

@@ -262,7 +262,7 @@ pub fn enter(
             1.0
         } else {
             ordered_max(n, |i| {
-                let e = fluid.conformation[i].eigenvalues();
+                let e = fluid.conformation(i).eigenvalues();
                 if largest == 1 { e[2] } else { -e[0] }
             })
         }

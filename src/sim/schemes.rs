@@ -69,6 +69,7 @@ fn step_imm(s: &mut Stepper, left: f64) -> Result<(), SimError> {
 
 /// Implicit mixture model with conformation tensor: [IMM-CT] Algorithm 1 b).
 fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
+    s.fluid.hold_conformation();
     s.find_neighbours();
     s.refresh_mixture(true); //                                         Eqs 4, 5, 8, 10
     s.refresh_gradient(); //                                            Eq. 2

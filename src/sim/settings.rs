@@ -146,6 +146,10 @@ pub struct Body {
     pub polymer_fraction: Real,
     /// Start velocity [m/s].
     pub velocity: Vec3,
+    /// Whether it fills pores to their walls: as many particles as there is room for, those too near to a wall moved off
+    /// it. Otherwise these are left out.
+    #[serde(default)]
+    pub saturated: bool,
 }
 
 /// A region of fluid.

@@ -5,7 +5,7 @@ use super::settings::{BodyShape, Inside, SimSettings};
 use crate::fluid::FluidParticles;
 use crate::math::{Aabb, Real, Stream, Vec3};
 
-/// Particles closer to a wall than this are carved away, in spacings.
+/// Particles closer to a wall than this are carved away, or moved off it where they saturate pores, in spacings.
 const CLEARANCE: Real = 0.25;
 
 /// Fills the bodies; returns the particles and how many were carved away because a wall or an earlier body is there.
@@ -39,9 +39,15 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
                     if settings.jitter > 0.0 {
                         position += random.cube() * (settings.jitter * settings.spacing);
                     }
-                    if around.distance(&position).0 < CLEARANCE * settings.spacing {
+                    let clearance = CLEARANCE * settings.spacing;
+                    let (phi, away) = around.distance(&position);
+                    // A lattice cut at the walls themselves has on average as many points as there is room for.
+                    if phi < if body.saturated { 0.0 } else { clearance } {
                         carved += 1;
                         continue;
+                    }
+                    if phi < clearance {
+                        position += away * (clearance - phi);
                     }
                     let id = fluid.len() as u32;
                     fluid.push(position, body.velocity, body.polymer_fraction, id, 0);

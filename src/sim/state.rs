@@ -156,6 +156,7 @@ mod tests {
                 }),
                 polymer_fraction: 0.5,
                 velocity: Vec3::zeros(),
+                saturated: false,
             }],
             inlets: vec![Inlet {
                 name: "needle".into(),

@@ -106,6 +106,7 @@ pub fn write(out: &mut impl std::io::Write, settings: &FanSettings) -> std::io::
         settings.height * 1e3
     );
     let style = ObjStyle {
+        groups: &[],
         unit: LengthUnit::Millimetre,
         up: UpAxis::Z,
         comments: &["mixing fan from formulas: osteoflow make fan", &size],

@@ -98,6 +98,7 @@ pub fn write(out: &mut impl std::io::Write, settings: &SyringeSettings) -> std::
         settings.nozzle_diameter * 1e3
     );
     let style = ObjStyle {
+        groups: &[],
         unit: LengthUnit::Millimetre,
         up: UpAxis::Z,
         comments: &[

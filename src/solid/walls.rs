@@ -4,6 +4,7 @@
 //! enough from the surface is passed over without a look inside. What is visited grows with the surface.
 
 use super::{Shape, Solid};
+use crate::grid::Patch;
 use crate::math::{Aabb, Real, Vec3};
 use crate::sph::WallParticles;
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 /// Voxels along the edge of a block; a power of 2.
 const BLOCK: i64 = 8;
 /// Sub-voxels along the edge of a voxel.
-const FINE: i64 = 4;
+const FINE: usize = 4;
 /// Smaller solid parts of a voxel are left out.
 const LEAST: Real = 0.02;
 
@@ -21,9 +22,8 @@ const LEAST: Real = 0.02;
 /// Voxels lie on multiples of `spacing`; those with their middle in `region` count. Order: blocks of 8³ voxels in
 /// (x, y, z), and the same within a block.
 pub fn wall_particles(solid: &Solid, region: &Aabb, spacing: Real, depth: Real) -> WallParticles {
-    let filler = Filler {
+    let walls = Walls {
         solid,
-        shapes: solid.shapes.clone(),
         region,
         spacing,
         depth,
@@ -40,7 +40,9 @@ pub fn wall_particles(solid: &Solid, region: &Aabb, spacing: Real, depth: Real) 
             let place = [b / (count.y * count.z), b / count.z % count.y, b % count.z];
             let first = std::array::from_fn(|axis| (low[axis] + place[axis]) * BLOCK);
             let mut found = Vec::new();
-            filler.near(first).descend(first, BLOCK, &mut found);
+            if let Some(block) = walls.block(first) {
+                block.descend(first, BLOCK, &mut found);
+            }
             found.sort_unstable_by_key(|particle: &Particle| particle.voxel);
             found
         })
@@ -59,49 +61,90 @@ struct Particle {
     volume: Real,
 }
 
-struct Filler<'a> {
+struct Walls<'a> {
     solid: &'a Solid,
-    /// Those of its shapes that can matter.
-    shapes: Vec<Shape>,
     region: &'a Aabb,
     spacing: Real,
     depth: Real,
 }
 
-impl Filler<'_> {
-    /// The same with the shapes alone whose surface may come near the block that begins at `first`: elsewhere the
-    /// least φ is another's, or tells that nothing is there.
-    fn near(&self, first: [i64; 3]) -> Self {
+impl Walls<'_> {
+    /// What can matter in the block that begins at `first`, unless the whole block is to be passed over: shapes whose
+    /// surface may come near (elsewhere the least φ is another's, or tells that nothing is there), and grids.
+    fn block(&self, first: [i64; 3]) -> Option<Block<'_>> {
         let centre = self.centre(first, BLOCK);
         let reach = (0.87 * BLOCK as Real + 1.5) * self.spacing;
         let near = |shape: &&Shape| shape.distance(&centre).0 <= reach;
-        Self {
-            shapes: self.shapes.iter().filter(near).cloned().collect(),
-            ..*self
+        let shapes: Vec<&Shape> = self.solid.shapes.iter().filter(near).collect();
+        let of_shapes = shapes.iter().map(|shape| shape.distance(&centre).0);
+        let of_grids = self.solid.grids.iter().map(|grid| grid.value(&centre));
+        if self.passes_over(
+            of_shapes.chain(of_grids).fold(Real::INFINITY, Real::min),
+            BLOCK,
+        ) {
+            return None;
         }
+        let half = Vec3::repeat(0.5 * BLOCK as Real * self.spacing);
+        let (low, high) = (centre - half, centre + half);
+        let grids = self.solid.grids.iter();
+        Some(Block {
+            walls: self,
+            shapes,
+            grids: grids.map(|grid| grid.patch(&low, &high)).collect(),
+        })
     }
 
     fn centre(&self, first: [i64; 3], edge: i64) -> Vec3 {
         Vec3::from(first.map(|f| f as Real)).add_scalar(0.5 * edge as Real) * self.spacing
     }
 
+    /// Whether no surface is near a cube of `edge` voxels with φ in its centre, or only solid too deep.
+    fn passes_over(&self, phi: Real, edge: i64) -> bool {
+        // A little more than the half diagonal: φ between grid nodes is not exact.
+        let radius = (0.87 * edge as Real + 0.1) * self.spacing;
+        phi > radius || phi < -self.depth - radius
+    }
+}
+
+struct Block<'a> {
+    walls: &'a Walls<'a>,
+    shapes: Vec<&'a Shape>,
+    grids: Vec<Patch>,
+}
+
+impl Block<'_> {
     fn phi(&self, x: &Vec3) -> Real {
-        let mut least = Real::INFINITY;
-        for shape in &self.shapes {
-            least = least.min(shape.distance(x).0);
+        let shapes = self.shapes.iter().map(|shape| shape.distance(x).0);
+        let grids = self
+            .grids
+            .iter()
+            .map(|grid| grid.value([0, 1, 2].map(|axis| grid.between(axis, x[axis]))));
+        shapes.chain(grids).fold(Real::INFINITY, Real::min)
+    }
+
+    /// φ in the middles of the sub-voxels of the voxel around `centre`, z running fastest.
+    fn fine(&self, centre: &Vec3, offset: [Real; FINE]) -> [Real; FINE.pow(3)] {
+        let place = |n: usize| [n / (FINE * FINE), n / FINE % FINE, n % FINE];
+        let mut least = [Real::INFINITY; FINE.pow(3)];
+        for grid in &self.grids {
+            let at = [0, 1, 2].map(|axis| offset.map(|o| grid.between(axis, centre[axis] + o)));
+            for (n, least) in least.iter_mut().enumerate() {
+                let [i, j, k] = place(n);
+                *least = least.min(grid.value([at[0][i], at[1][j], at[2][k]]));
+            }
         }
-        for grid in &self.solid.grids {
-            least = least.min(grid.value(x));
+        for shape in &self.shapes {
+            for (n, least) in least.iter_mut().enumerate() {
+                let x = centre + Vec3::from(place(n).map(|p| offset[p]));
+                *least = least.min(shape.distance(&x).0);
+            }
         }
         least
     }
 
     fn descend(&self, first: [i64; 3], edge: i64, found: &mut Vec<Particle>) {
-        let centre = self.centre(first, edge);
-        let phi = self.phi(&centre);
-        // A little more than the half diagonal: φ between grid nodes is not exact.
-        let radius = (0.87 * edge as Real + 0.1) * self.spacing;
-        if phi > radius || phi < -self.depth - radius {
+        let centre = self.walls.centre(first, edge);
+        if self.walls.passes_over(self.phi(&centre), edge) {
             return;
         }
         if edge == 1 {
@@ -117,35 +160,37 @@ impl Filler<'_> {
     }
 
     fn voxel(&self, voxel: [i64; 3], centre: &Vec3) -> Option<Particle> {
-        if !self.region.contains(centre) {
+        let walls = self.walls;
+        if !walls.region.contains(centre) {
             return None;
         }
-        let edge = self.spacing / FINE as Real;
+        let edge = walls.spacing / FINE as Real;
+        let offset: [Real; FINE] =
+            std::array::from_fn(|p| (p as Real + 0.5 - 0.5 * FINE as Real) * edge);
         let mut share = 0.0;
         let mut moment = Vec3::zeros();
         let mut shallowest = Real::NEG_INFINITY;
-        for sub in 0..FINE.pow(3) {
-            let place = [sub / (FINE * FINE), sub / FINE % FINE, sub % FINE];
-            let offset = Vec3::from(place.map(|p| p as Real + 0.5 - 0.5 * FINE as Real)) * edge;
-            let phi = self.phi(&(centre + offset));
+        for (n, phi) in self.fine(centre, offset).into_iter().enumerate() {
             let part = (0.5 - phi / edge).clamp(0.0, 1.0);
             if part > 0.0 {
                 share += part;
-                moment += offset * part;
+                moment +=
+                    Vec3::from([n / (FINE * FINE), n / FINE % FINE, n % FINE].map(|p| offset[p]))
+                        * part;
                 shallowest = shallowest.max(phi);
             }
         }
         let whole = FINE.pow(3) as Real;
-        if share < LEAST * whole || shallowest < -self.depth {
+        if share < LEAST * whole || shallowest < -walls.depth {
             return None;
         }
         // In a corner that reaches around the open, the centroid may lie in the open: the surface is near enough.
         let centroid = centre + moment / share;
-        let (phi, normal) = self.solid.distance(&centroid);
+        let (phi, normal) = walls.solid.distance(&centroid);
         Some(Particle {
             voxel,
             position: centroid - normal * phi.max(0.0),
-            volume: share / whole * self.spacing.powi(3),
+            volume: share / whole * walls.spacing.powi(3),
         })
     }
 }

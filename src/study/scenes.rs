@@ -89,6 +89,7 @@ pub fn body(shape: BodyShape, polymer_fraction: Real) -> Body {
         shape,
         polymer_fraction,
         velocity: Vec3::zeros(),
+        saturated: false,
     }
 }
 

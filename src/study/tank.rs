@@ -170,6 +170,7 @@ impl Tank {
                 },
                 polymer_fraction,
                 velocity: Vec3::zeros(),
+                saturated: false,
             })
             .to_vec();
         let tank = Solid {

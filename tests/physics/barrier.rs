@@ -50,6 +50,7 @@ fn a_plate_of_one_spacing_holds_three_megapascals() {
         }),
         polymer_fraction: 0.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     let walls = wall_particles(&solid, &region, dx, 2.0 * dx);
     // A particle that nothing held would be through the plate in 45 µs.

@@ -45,6 +45,7 @@ fn slit(across: f64, dt: f64, steps: f64, scheme: Scheme) -> (f64, f64) {
         shape: BodyShape::Box(bounds),
         polymer_fraction: 1.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     s.time_step = TimeStep::Fixed(dt);
     // The period holds whole spacings, so the offset lattice of the walls closes on itself along x and z.

@@ -39,6 +39,7 @@ fn rest(stress: StressStep, viscosity: f64, end: f64) -> (f64, f64) {
         }),
         polymer_fraction: 0.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     let particles = walls(&solid, region, Vec3::zeros(), dx, 3.0 * dx);
     let simulation = run(Simulation::new(s, solid, particles).unwrap(), end);

@@ -48,6 +48,7 @@ fn front_runs_as_measured() {
         }),
         polymer_fraction: 0.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     let region = Aabb {
         min: domain.min,

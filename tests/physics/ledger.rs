@@ -41,6 +41,7 @@ fn stirred_box(scheme: Scheme, stress: StressStep) -> SimSettings {
         }),
         polymer_fraction,
         velocity: Vec3::zeros(),
+        saturated: false,
     };
     let mut s = settings(dx, bounds);
     s.periodic = [true; 3];

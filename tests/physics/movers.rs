@@ -27,6 +27,7 @@ fn slab(domain: Aabb, periodic: [bool; 3], dt: Real) -> SimSettings {
         shape: BodyShape::Box(domain),
         polymer_fraction: 0.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     s
 }

@@ -32,6 +32,7 @@ fn pot(dose: f64, open: bool) -> Result<(), SimError> {
         }),
         polymer_fraction: 0.5,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     s.inlets = vec![Inlet {
         name: "needle".into(),

@@ -21,6 +21,7 @@ fn periodic(n: f64, wavelength: f64) -> SimSettings {
         shape: BodyShape::Box(bounds),
         polymer_fraction: 1.0,
         velocity: Vec3::zeros(),
+        saturated: false,
     }];
     s
 }

@@ -45,6 +45,7 @@ pub(super) fn bodies(
             velocity: body
                 .velocity
                 .map_or(Vec3::zeros(), |v| v.map(Velocity::si).into()),
+            saturated: body.saturated,
         });
     }
     (bodies, meshes)
