@@ -1,13 +1,17 @@
 //! A matrix of short runs that ask for trouble: which of them fall over, and why. Steps that the program chooses itself
 //! must never.
 //!
-//! Reached with `--level full` (666 runs, 18 of them refused before they begin, all of more dose than room): 206 of 216
-//! runs with adaptive steps hold: stirred pots at every viscosity ratio from 1 to 1e5, an overlapping fan, a density ratio
-//! of 10, fluid started in walls, two bodies in one place, struts squeezed at ten times the sane speed, also until full,
-//! lone particles, plates of four and two spacings under 3 MPa; all goals of the solvers met, volumes kept to 1.4e-15. The
-//! other ten are plates of one spacing (thin fluid only) and of half a spacing, which one to twelve particles pass:
-//! `sim::motion` holds a particle off the solid by its depth, and half a plate of half a spacing is no depth. Of fixed
-//! steps collapse, coupled at one and four times the CFL limit, 26 and 71 of 108, explicit at one and a tenth of it, 55 and 13.
+//! Reached with `--level full` (666 runs, 18 of them refused before they begin, all of more dose than room): 214 of 216
+//! runs with adaptive steps hold, none loses a particle: stirred pots at every viscosity ratio from 1 to 1e5, an overlapping
+//! fan, a density ratio of 10, fluid started in walls, two bodies in one place, struts squeezed at ten times the sane speed,
+//! also until full, lone particles, plates of four to half a spacing under 3 MPa; all goals of the solvers met, volumes kept
+//! to 1.4e-15. The two that fall are a plate of half a spacing at 1:1000, where a polymer that is stretched across the plate
+//! ends as not positive. Of 444 runs with fixed steps 161 fall.
+//!
+//! Not reached: the energy's books close to 2 % in half of the runs with adaptive steps only. Worst are lone particles
+//! (more than all that was turned over) and the overlapping fan (40 %); stirred pots at rates of 1/λ and a Reynolds number
+//! below 1, 1 to 14 %. Beside walls the stress is not the adjoint of the gradient that strains the polymer; in a cell
+//! between plane plates the books close to 0.4 % (`tests/physics/energy.rs`).
 
 mod map;
 mod scenes;
@@ -241,11 +245,10 @@ mod tests {
     }
 
     /// A subset of the matrix, drawn by lot: what the program steps by itself stands, what is stepped explicitly at the
-    /// CFL limit falls. Families of which the study says that they do not hold yet are left to it.
+    /// CFL limit falls. The family of which the study says that it does not hold yet is left to it.
     #[test]
     fn adaptive_steps_survive_what_fixed_explicit_ones_do_not() {
-        let holds =
-            |family: Family| !matches!(family, Family::Single | Family::Doubled | Family::Plate(_));
+        let holds = |family: Family| family != Family::Plate(0.5);
         let mut adaptive = 0;
         for trial in some(matrix(), 0.05) {
             if trial.mode == Mode::ALL[0] && holds(trial.family) {
