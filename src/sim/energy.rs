@@ -38,11 +38,16 @@ pub struct Energy {
     pub slipped: Real,
     /// Lost in the stabiliser, and what the solver left of its forces.
     pub stabilised: Real,
+    /// Lost where the force of the stress and the gradient that stretches the polymer are no exact pair: the gradient
+    /// is made exact beside walls and in disorder, which its adjoint is not, and the flow would be wrong if it were. Nor
+    /// does what of the gradient compresses stretch any polymer.
+    pub unpaired: Real,
     /// Lost to compression that pressure undoes; negative where that gives energy.
     pub compressed: Real,
-    /// Lost as particles are shifted in the field that they carry.
+    /// Lost as particles are shifted in the field that they carry, and where walls stop them.
     pub shifted: Real,
-    /// Lost to steps in time: ½ m |Δv|² of implicit Euler.
+    /// Lost to steps in time: ½ m |Δv|² of implicit Euler, and where a stress that changes within the step acts as one
+    /// that does not.
     pub stepped: Real,
     /// |gravity| + |walls|, added up over steps.
     pub turnover: Real,
@@ -58,6 +63,7 @@ impl Energy {
         self.relaxed += step.relaxed;
         self.slipped += step.slipped;
         self.stabilised += step.stabilised;
+        self.unpaired += step.unpaired;
         self.compressed += step.compressed;
         self.shifted += step.shifted;
         self.stepped += step.stepped;
@@ -76,7 +82,7 @@ impl Energy {
 
     /// Losses of the method [J].
     pub fn numerical(&self) -> Real {
-        self.stabilised + self.compressed + self.shifted + self.stepped
+        self.stabilised + self.unpaired + self.compressed + self.shifted + self.stepped
     }
 
     /// What is held beyond what the books account for [J]; positive: from nowhere.
@@ -135,26 +141,45 @@ pub fn held(settings: &SimSettings, fluid: &FluidParticles, rest_volume: Real) -
     kinetic(&settings.cement, fluid, rest_volume) + elastic(settings, fluid, rest_volume)
 }
 
-/// What U loses by relaxing in a step [J/m³]: Simpson's rule over pieces that begin at half a memory and double, since
-/// what is left of the last step relaxes first.
-fn relaxation_loss(cement: &Cement, alpha: Real, start: &Sym3, gradient: &Mat3, dt: Real) -> Real {
+/// τ : L [W/m³], without the trace of L, which does not stretch the polymer either (`conformation::advance`).
+fn power_of(tau: &Mat3, gradient: &Mat3) -> Real {
+    tau.dot(gradient) - tau.trace() * gradient.trace() / 3.0
+}
+
+/// What U loses by relaxing in a step, and what stretching it takes [J/m³]: Simpson's rule over pieces that begin at
+/// half a memory and double, since what is left of the last step relaxes first.
+fn loss_and_work(
+    cement: &Cement,
+    alpha: Real,
+    start: &Sym3,
+    gradient: &Mat3,
+    dt: Real,
+) -> [Real; 2] {
     let modulus = cement.modulus(alpha);
-    let power = |u: &Sym3| stress::relaxation_power(cement, modulus, u);
+    let powers = |u: &Sym3| {
+        [
+            stress::relaxation_power(cement, modulus, u),
+            power_of(&stress::of_conformation(modulus, u), gradient),
+        ]
+    };
     let after = |u: &Sym3, time: Real| {
         conformation::advance(u, gradient, cement.relaxation_time, cement.thinning, time)
     };
     let stretch = start.eigenvalues()[2];
     let memory = 1.0 / (1.0 / cement.relaxation_time + cement.thinning * stretch);
     let (mut piece, mut left) = ((0.5 * memory).min(0.5 * dt), dt);
-    let (mut u, mut loss) = (*start, 0.0);
+    let (mut u, mut sums) = (*start, [0.0; 2]);
     while left > 0.0 {
         let time = if left < 1.5 * piece { left } else { piece };
         let middle = after(&u, 0.5 * time);
         let end = after(&middle, 0.5 * time);
-        loss += (power(&u) + 4.0 * power(&middle) + power(&end)) * time / 6.0;
+        let (first, between, last) = (powers(&u), powers(&middle), powers(&end));
+        for k in 0..2 {
+            sums[k] += (first[k] + 4.0 * between[k] + last[k]) * time / 6.0;
+        }
         (u, left, piece) = (end, left - time, 2.0 * piece);
     }
-    loss
+    sums
 }
 
 impl Stepper<'_> {
@@ -210,7 +235,7 @@ impl Stepper<'_> {
         let viscous = viscous_force(near, &viscosity, Mean::Harmonic, &carrying, true);
         let dragged = dt * power::of_friction(near, &viscosity, &carrying);
         let (mut elastic, mut stretched) = (vec![Vec3::zeros(); n], 0.0);
-        let mut relaxed = 0.0;
+        let (mut relaxed, mut sampled, mut taken) = (0.0, 0.0, 0.0);
         if memory {
             let weight = match self.stress {
                 StressStep::Explicit => 1.0,
@@ -225,15 +250,17 @@ impl Stepper<'_> {
                 .collect();
             elastic = stress_force(near, &tau);
             stretched = dt * power::of_stress(near, &tau);
-            let losses: Vec<Real> = (0..n)
+            sampled = dt * volume * ordered_sum(n, |i| power_of(&tau[i], &self.gradient[i]));
+            let sums: Vec<[Real; 2]> = (0..n)
                 .into_par_iter()
                 .with_min_len(128)
                 .map(|i| {
                     let (alpha, u) = (fluid.polymer_fraction[i], &books.conformation[i]);
-                    relaxation_loss(cement, alpha, u, &self.gradient[i], dt)
+                    loss_and_work(cement, alpha, u, &self.gradient[i], dt)
                 })
                 .collect();
-            relaxed = volume * ordered_sum(n, |i| losses[i]);
+            relaxed = volume * ordered_sum(n, |i| sums[i][0]);
+            taken = volume * ordered_sum(n, |i| sums[i][1]);
         }
         let change = |i: usize| mix.velocity[i] - books.velocity[i];
         let work = |force: &[Vec3]| dt * ordered_sum(n, |i| force[i].dot(&carrying[i]));
@@ -261,9 +288,10 @@ impl Stepper<'_> {
         e.gravity = fallen;
         e.walls = books.pushed + dragged + stretched;
         e.viscous = dragged - of_viscous;
+        e.unpaired = stretched - of_elastic - sampled;
         e.compressed = books.pushed - pressed;
         e.stabilised = pressed + of_viscous + of_elastic - of_all;
-        e.stepped = stepped;
+        e.stepped = stepped + sampled - taken;
         e.relaxed = relaxed;
         e.slipped = fallen + of_all - stepped - gained;
         // Until the step is over: what is held by those who have not moved yet.

@@ -30,8 +30,8 @@ pub enum SimError {
     /// A solver did not reach its goals, whatever the step.
     #[error(
         "the solver did not converge in step {step} at t = {time:.6} s, even with dt = {:.3} us: volume strain {strain:.1e} \
-         a step, {:.1} % of the inflow unbalanced; what was computed so far is kept. Try a larger viscosity, a slower \
-         inlet or a finer spacing",
+         a step, {:.1} % of the inflow unbalanced, velocity off by {velocity:.1e} m/s; what was computed so far is kept. \
+         Try a larger viscosity, a slower inlet or a finer spacing",
         .dt * 1e6, .balance * 100.0
     )]
     Unconverged {
@@ -45,6 +45,8 @@ pub enum SimError {
         strain: Real,
         /// Share of the inflow left unbalanced [1].
         balance: Real,
+        /// Velocity residual [m/s].
+        velocity: Real,
     },
     /// Fluid cannot be pressed into a closed space that is full.
     #[error(

@@ -20,7 +20,7 @@ impl Stepper<'_> {
         self.mix.refresh_velocity(self.fluid);
     }
 
-    /// x ← x + dt v_mix; pistons advance and their rows become fluid.
+    /// x ← x + dt v_mix, and who meets a wall keeps no velocity into it; pistons advance and their rows become fluid.
     pub fn move_particles(&mut self) {
         let dt = self.dt;
         let shift = self.shift();
@@ -29,19 +29,28 @@ impl Stepper<'_> {
         let before = self.around.at(self.time);
         let after = self.around.at(self.time + dt);
         let most_depth = MOST_DEPTH * self.settings.spacing;
+        let mixed = &self.mix.velocity;
         self.fluid
             .position
             .par_iter_mut()
+            .zip(&mut self.fluid.phase_velocity)
             .enumerate()
             .with_min_len(128)
-            .for_each(|(i, x)| {
+            .for_each(|(i, (x, phases))| {
                 let aim = *x + velocity[i] * dt + shift[i];
-                let open = near.wall.row(i).is_empty();
-                *x = domain.wrapped(if open {
-                    aim
-                } else {
-                    beside_all(&before, &after, x, aim, most_depth)
-                });
+                if near.wall.row(i).is_empty() {
+                    *x = domain.wrapped(aim);
+                    return;
+                }
+                let (kept, wall) = beside_all(&before, &after, x, aim, most_depth);
+                let way = kept - aim;
+                if let Some(outward) = way.try_normalize(0.0) {
+                    let into = (wall / dt - mixed[i]).dot(&outward);
+                    let stopped = outward * into.clamp(0.0, way.norm() / dt);
+                    phases.liquid += stopped;
+                    phases.polymer += stopped;
+                }
+                *x = domain.wrapped(kept);
             });
         self.book_shift();
         self.measure_inlet_pressure();
@@ -83,23 +92,28 @@ impl Stepper<'_> {
 const MOST_DEPTH: Real = 0.3;
 
 /// Past every wall in turn, each in its own frame, where it stands still: what a blade catches goes with the blade.
-/// Walls at rest come last, so that nothing is pushed through them.
+/// Walls at rest come last, so that nothing is pushed through them. Also how far the wall that was met went itself.
 fn beside_all(
     before: &Scenery<'_>,
     after: &Scenery<'_>,
     from: &Vec3,
     aim: Vec3,
     most_depth: Real,
-) -> Vec3 {
-    let mut x = aim;
+) -> (Vec3, Vec3) {
+    let (mut x, mut gone) = (aim, Vec3::zeros());
     for (Placed { solid, pose }, then) in after.movers.iter().zip(&before.movers) {
         let goal = pose.start(&x);
         let kept = beside(solid, &then.pose.start(from), goal, most_depth);
         if kept != goal {
             x = pose.place(&kept);
+            gone = x - then.pose.place(&kept);
         }
     }
-    beside(after.solid, from, x, most_depth)
+    let kept = beside(after.solid, from, x, most_depth);
+    if kept != x {
+        gone = Vec3::zeros();
+    }
+    (kept, gone)
 }
 
 /// Where a particle comes to rest that aims at a point too deep inside the solid, or behind it: as deep as allowed, on

@@ -203,6 +203,7 @@ impl Simulation {
                     dt: report.dt,
                     strain: report.strain,
                     balance: report.balance,
+                    velocity: report.velocity,
                 },
                 Err(error) => error,
             };

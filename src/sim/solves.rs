@@ -263,6 +263,7 @@ impl Stepper<'_> {
         mixture::accelerate(self.fluid, &self.settings.gravity, self.dt);
         self.mix.refresh_velocity(self.fluid);
         self.accept(0, &pressure, &velocity);
+        self.report.velocity = self.report.velocity.max(outcome.velocity);
         self.note(
             outcome.iterations,
             outcome.converged,

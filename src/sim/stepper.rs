@@ -30,6 +30,9 @@ pub struct StepReport {
     pub strain: Real,
     /// Inflow left unbalanced, of the inflow [1]; 0 where nothing flows in.
     pub balance: Real,
+    /// Velocity residual that a coupled solve left over [m/s].
+    #[serde(default)]
+    pub velocity: Real,
     /// How often the step was taken back and tried again smaller.
     pub retries: u32,
     /// Pairs of fluid particles.

@@ -24,7 +24,8 @@ use rayon::prelude::*;
 const STABILISATION: Real = 0.1;
 /// Each outer iteration reduces its residual by this factor: the set is not final anyway.
 const LOOSE: Real = 0.3;
-const MOST_OUTERS: usize = 15;
+/// Where a body comes loose from what it pressed on the set shrinks a little at each; one round more than that ends it.
+const MOST_OUTERS: usize = 40;
 const MOST_INNER: usize = 300;
 pub(super) const GRAIN: usize = 128;
 
