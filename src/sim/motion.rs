@@ -1,11 +1,10 @@
 //! What moves: volume between phases, particles with the mixture, past walls that may move themselves, pistons,
 //! and rows that become fluid.
 
-use super::mover::{Placed, Scenery};
+use super::contact::{MOST_DEPTH, beside_all};
 use super::stepper::Stepper;
 use crate::fluid::transfer;
-use crate::math::{Real, Vec3};
-use crate::solid::Solid;
+use crate::math::Real;
 use crate::sph::PressureOperator;
 use rayon::prelude::*;
 
@@ -86,91 +85,3 @@ impl Stepper<'_> {
         }
     }
 }
-
-/// How far a particle's centre may lie inside the solid, in spacings: the true surface of a rough wall is only
-/// known that well to the particles, and holding them off it costs flow and stability.
-const MOST_DEPTH: Real = 0.3;
-
-/// Past every wall in turn, each in its own frame, where it stands still: what a blade catches goes with the blade.
-/// Walls at rest come last, so that nothing is pushed through them. Also how far the wall that was met went itself.
-fn beside_all(
-    before: &Scenery<'_>,
-    after: &Scenery<'_>,
-    from: &Vec3,
-    aim: Vec3,
-    most_depth: Real,
-) -> (Vec3, Vec3) {
-    let (mut x, mut gone) = (aim, Vec3::zeros());
-    for (Placed { solid, pose }, then) in after.movers.iter().zip(&before.movers) {
-        let goal = pose.start(&x);
-        let kept = beside(solid, &then.pose.start(from), goal, most_depth);
-        if kept != goal {
-            x = pose.place(&kept);
-            gone = x - then.pose.place(&kept);
-        }
-    }
-    let kept = beside(after.solid, from, x, most_depth);
-    if kept != x {
-        gone = Vec3::zeros();
-    }
-    (kept, gone)
-}
-
-/// Where a particle comes to rest that aims at a point too deep inside the solid, or behind it: as deep as allowed, on
-/// the side it came from. Without it slow creep takes one particle in a thousand through a strut.
-fn beside(solid: &Solid, from: &Vec3, aim: Vec3, most_depth: Real) -> Vec3 {
-    let (phi, normal) = solid.distance(&aim);
-    // A path that meets the solid ends no farther from it than it is long.
-    if phi >= (aim - from).norm() {
-        return aim;
-    }
-    let (start, outward) = solid.distance(from);
-    let (mut x, mut phi, mut normal) = if normal.dot(&outward) < 0.0 {
-        before_the_middle(solid, from, &outward, aim, most_depth)
-    } else {
-        (aim, phi, normal)
-    };
-    if phi >= -most_depth {
-        return x;
-    }
-    for _ in 0..4 {
-        if normal.dot(&outward) < 0.0 {
-            // Behind the middle of a thin wall: the near way out is the wrong one.
-            return *from;
-        }
-        x -= normal * (phi + most_depth);
-        (phi, normal) = solid.distance(&x);
-        if phi >= -most_depth - 1e-9 {
-            return x;
-        }
-    }
-    if phi > start { x } else { *from }
-}
-
-/// The last point of a path that is still on the near side of a wall, with its distance and normal: where the way out
-/// turns over inside the solid is the wall's middle (in the fluid it is the middle of a gap, which may be passed).
-/// A wall thinner than twice the depth allowed holds nothing otherwise.
-fn before_the_middle(
-    solid: &Solid,
-    from: &Vec3,
-    outward: &Vec3,
-    aim: Vec3,
-    most_depth: Real,
-) -> (Vec3, Real, Vec3) {
-    let path = aim - from;
-    let pieces = (path.norm() / (PIECE * most_depth)).ceil().max(1.0);
-    let (mut near, mut facing) = (*from, *outward);
-    let mut at_near = solid.distance(from).0;
-    for piece in 1..=pieces as usize {
-        let x = from + path * (piece as Real / pieces);
-        let (phi, normal) = solid.distance(&x);
-        if phi < 0.0 && normal.dot(&facing) < 0.0 {
-            break;
-        }
-        (near, at_near, facing) = (x, phi, normal);
-    }
-    (near, at_near, facing)
-}
-
-/// How finely a path is looked at, in depths allowed.
-const PIECE: Real = 0.25;

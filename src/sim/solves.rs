@@ -229,6 +229,7 @@ impl Stepper<'_> {
             force: &force,
             excess: &excess,
             closed,
+            contacts: self.contacts(),
         });
         let compression = &self.near.compression;
         let outcome = solver.solve(

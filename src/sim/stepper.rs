@@ -13,7 +13,7 @@ use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
 use serde::{Deserialize, Serialize};
 
 /// Times the CFL limit that a particle may move in an adaptive step.
-const OVERSHOOT: Real = 2.5;
+const OVERSHOOT: Real = 1.5;
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -7,16 +7,19 @@
 //!
 //! An outer active set F = {k > 0} ∪ {s > 0} around block MINRES (`minres`), loosely solved. C is a graph
 //! Laplacian over F that damps pressure modes which the velocity cannot see; it is zero on constants, so no inflow
-//! is lost. Preconditioner: two Chebyshev–Jacobi steps for H; for the pressure block viscosity and inertia by
+//! is lost. Particles that a wall has to hold lose their velocity along its normal as an unknown (`contact`).
+//! Preconditioner: two Chebyshev–Jacobi steps for H; for the pressure block viscosity and inertia by
 //! particle, and a coarse level that knows the mobility of the fluid.
 
 use super::coarse::Coarse;
+use super::contact::{Contact, Contacts};
 use super::minres::{self, Packed};
 use super::mobility;
-use super::neighbourhood::{Neighbourhood, vector};
+use super::neighbourhood::Neighbourhood;
 use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
 use super::rows::Rows;
+use super::saddle::SaddlePair;
 use crate::math::{BLOCK, Real, Vec3, ordered_sum};
 use rayon::prelude::*;
 
@@ -51,7 +54,14 @@ pub struct CoupledProblem<'a> {
     /// anything, of either sign. On a disordered lattice its level is felt a little all the same (P 1 ≠ 0), enough for
     /// a solve that is free to choose it to hold particles in place with it, so it stays that of the guess.
     pub closed: bool,
+    /// Particles that walls may have to hold, each at most once.
+    pub contacts: Vec<Contact>,
 }
+
+/// Share of a spacing by which a particle may end the step too deep before it counts as held.
+const SLACK: Real = 0.01;
+/// After that many rounds whom walls hold stays as it is.
+const MOST_CHANGES: usize = 10;
 
 /// When the solve is good enough.
 #[derive(Clone, Copy, Debug)]
@@ -85,21 +95,9 @@ pub struct CoupledOutcome {
     pub velocity: Real,
 }
 
-#[derive(Clone, Copy)]
-pub(super) struct SaddlePair {
-    pub(super) j: u32,
-    gradient: [f32; 3],
-    /// V_i c_ij η_ij [kg/s].
-    pub(super) drag: f32,
-    /// V_j W_ij [1].
-    weight: f32,
-    /// Entry of C inside F [m³/(Pa s)], 0 outside.
-    smooth: f32,
-}
-
 /// The assembled system.
 pub struct CoupledSolver<'a> {
-    problem: CoupledProblem<'a>,
+    pub(super) problem: CoupledProblem<'a>,
     pub(super) pairs: Rows<SaddlePair>,
     /// H_ii [kg/s].
     pub(super) diagonal: Vec<Real>,
@@ -111,7 +109,8 @@ pub struct CoupledSolver<'a> {
     pub(super) fine: Vec<Real>,
     /// Mobility: velocity per force of a uniform push [m/(s N)].
     mobility: Vec<Real>,
-    active: Vec<bool>,
+    pub(super) active: Vec<bool>,
+    pub(super) contacts: Contacts,
     pub(super) coarse: Coarse,
 }
 
@@ -159,6 +158,7 @@ impl<'a> CoupledSolver<'a> {
             fine: Vec::new(),
             mobility: Vec::new(),
             active: vec![false; n],
+            contacts: Contacts::default(),
             coarse: Coarse::new(near, problem.position, &vec![false; n], &[]),
             problem,
         };
@@ -209,7 +209,9 @@ impl<'a> CoupledSolver<'a> {
         // The first guess decides the cost: a set that starts too small grows ring by ring.
         self.active = vec![false; n];
         let s = self.constraint(&x);
-        let guess = self.momentum_residual(&x);
+        let guess = self.momentum_residual(&self.surplus(&x));
+        let slack = SLACK * self.problem.near.spacing / self.problem.dt;
+        self.contacts = Contacts::new(std::mem::take(&mut self.problem.contacts), slack, &x);
         let velocity_goal = goal
             .velocity
             .min((REDUCTION * guess).max(1e-3 * goal.velocity));
@@ -238,6 +240,20 @@ impl<'a> CoupledSolver<'a> {
                     [f.x, f.y, f.z, if active[i] { -self.source[i] } else { 0.0 }]
                 })
                 .collect();
+            let held = self.contacts.any();
+            if held {
+                let mut imposed = vec![[0.0; 4]; n];
+                self.contacts.impose(&mut imposed);
+                let mut image = vec![[0.0; 4]; n];
+                self.whole(&imposed, &mut image);
+                for (b, image) in b.iter_mut().zip(&image) {
+                    for c in 0..4 {
+                        b[c] -= image[c];
+                    }
+                }
+                self.contacts.take_out(&mut b);
+                self.contacts.take_out(&mut x);
+            }
             self.level(&mut b);
             let norms = |r: &[Packed]| {
                 let strain = ordered_sum(n, |i| r[i][3] * r[i][3]) / n as Real;
@@ -261,6 +277,10 @@ impl<'a> CoupledSolver<'a> {
             });
             outcome.iterations += iterations;
             outcome.outers += 1;
+            if held {
+                self.contacts.take_out(&mut x);
+                self.contacts.impose(&mut x);
+            }
             if !closed {
                 for value in &mut x {
                     value[3] = value[3].max(0.0);
@@ -282,8 +302,12 @@ impl<'a> CoupledSolver<'a> {
             outcome.strain_rate =
                 (ordered_sum(n, |i| left(i) * left(i)) / n as Real).sqrt() / volume;
             outcome.balance = ordered_sum(n, left).abs();
-            outcome.velocity = self.momentum_residual(&x);
-            outcome.converged = outcome.strain_rate <= goal.strain_rate
+            let mut surplus = self.surplus(&x);
+            let changed = outcome.outers < MOST_CHANGES && self.contacts.decide(&x, &surplus);
+            self.contacts.take_out(&mut surplus);
+            outcome.velocity = self.momentum_residual(&surplus);
+            outcome.converged = !changed
+                && outcome.strain_rate <= goal.strain_rate
                 && outcome.balance <= goal.balance
                 && outcome.velocity <= velocity_goal;
             if outcome.converged || outcome.outers >= MOST_OUTERS {
@@ -350,83 +374,26 @@ impl<'a> CoupledSolver<'a> {
             .collect()
     }
 
-    fn momentum_residual(&self, x: &[Packed]) -> Real {
-        let n = x.len();
-        let mut image = vec![[0.0; 4]; n];
-        minres::Operator::apply(self, x, &mut image);
+    /// H v + P k less the forces [N].
+    fn surplus(&self, x: &[Packed]) -> Vec<Packed> {
+        let mut image = vec![[0.0; 4]; x.len()];
+        self.whole(x, &mut image);
+        for (row, force) in image.iter_mut().zip(&self.force) {
+            for axis in 0..3 {
+                row[axis] -= force[axis];
+            }
+        }
+        image
+    }
+
+    /// Root mean square of r_v/H_ii [m/s].
+    fn momentum_residual(&self, surplus: &[Packed]) -> Real {
+        let n = surplus.len();
         let squares = ordered_sum(n, |i| {
-            let f = self.force[i];
-            let r = [f.x - image[i][0], f.y - image[i][1], f.z - image[i][2]];
+            let r = &surplus[i];
             (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]) / (self.diagonal[i] * self.diagonal[i])
         });
         (squares / n as Real).sqrt()
-    }
-}
-
-impl minres::Operator for CoupledSolver<'_> {
-    fn apply(&self, x: &[Packed], out: &mut [Packed]) {
-        let near = self.problem.near;
-        let volume = near.rest_volume;
-        let of_walls: Vec<(Real, Real)> = (0..near.of_wall.len())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .map(|b| {
-                let (mut pressure, mut closing) = (0.0, 0.0);
-                for pair in near.of_wall.row(b) {
-                    let y = x[pair.i as usize];
-                    let g = vector(pair.gradient);
-                    pressure += Real::from(pair.share) * y[3];
-                    closing -= g.x * y[0] + g.y * y[1] + g.z * y[2];
-                }
-                (pressure, closing * near.wall_volume[b])
-            })
-            .collect();
-        out.par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                for (offset, row) in rows.iter_mut().enumerate() {
-                    let i = block * GRAIN + offset;
-                    let own = x[i];
-                    let h = self.diagonal[i];
-                    let mut drag = [h * own[0], h * own[1], h * own[2]];
-                    let (mut push, mut rate, mut smooth) = ([0.0; 3], 0.0, 0.0);
-                    for pair in self.pairs.row(i) {
-                        let y = x[pair.j as usize];
-                        let c = Real::from(pair.drag);
-                        let g = pair.gradient.map(Real::from);
-                        let k = own[3] + y[3];
-                        for axis in 0..3 {
-                            drag[axis] -= c * y[axis];
-                            push[axis] += g[axis] * k;
-                            rate += g[axis] * (own[axis] - y[axis]);
-                        }
-                        smooth += Real::from(pair.smooth) * (own[3] - y[3]);
-                    }
-                    let mut given_back = 0.0;
-                    for pair in near.wall.row(i) {
-                        let (k_b, q_b) = of_walls[pair.b as usize];
-                        let g = pair.gradient.map(Real::from);
-                        let k = own[3] + k_b;
-                        for axis in 0..3 {
-                            push[axis] += g[axis] * k;
-                            rate += g[axis] * own[axis];
-                        }
-                        given_back += Real::from(pair.share) * q_b;
-                    }
-                    let p = if self.active[i] {
-                        volume * rate + given_back - smooth
-                    } else {
-                        0.0
-                    };
-                    *row = [
-                        drag[0] + volume * push[0],
-                        drag[1] + volume * push[1],
-                        drag[2] + volume * push[2],
-                        p,
-                    ];
-                }
-            });
-        self.level(out);
     }
 }
 

@@ -1,7 +1,8 @@
 //! How easily a fluid moves: a uniform push on all of it, held back by viscosity and walls.
 
-use super::coupled::{GRAIN, SaddlePair};
+use super::coupled::GRAIN;
 use super::rows::Rows;
+use super::saddle::SaddlePair;
 use crate::math::{Real, ordered_sum};
 use rayon::prelude::*;
 

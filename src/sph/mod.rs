@@ -3,6 +3,7 @@
 mod apgd;
 mod cells;
 mod coarse;
+mod contact;
 mod coupled;
 mod kernel;
 mod minres;
@@ -14,11 +15,13 @@ mod preconditioner;
 mod pressure;
 mod repeated;
 mod rows;
+mod saddle;
 mod straighten;
 mod walls;
 
 pub use apgd::{ApgdGoal, PressureOutcome, solve_pressure};
 pub use cells::{Cells, Domain};
+pub use contact::Contact;
 pub use coupled::{CoupledGoal, CoupledOutcome, CoupledProblem, CoupledSolver};
 pub use kernel::Kernel;
 pub use neighbourhood::{FluidOfWall, Link, Neighbourhood, Pair, Standing, WallPair, vector};

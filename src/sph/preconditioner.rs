@@ -12,6 +12,20 @@ const SMALLEST: Real = LARGEST / 20.0;
 
 impl Preconditioner for CoupledSolver<'_> {
     fn precondition(&self, r: &[Packed], z: &mut [Packed]) {
+        if !self.contacts.any() {
+            return self.approximate(r, z);
+        }
+        let mut free = r.to_vec();
+        self.contacts.take_out(&mut free);
+        self.approximate(&free, z);
+        self.contacts.take_out(z);
+        self.contacts.put_back(r, z, |i| 1.0 / self.diagonal[i]);
+    }
+}
+
+impl CoupledSolver<'_> {
+    /// With no particle held.
+    fn approximate(&self, r: &[Packed], z: &mut [Packed]) {
         let centre = 0.5 * (LARGEST + SMALLEST);
         let half = 0.5 * (LARGEST - SMALLEST);
         let rho_0 = half / centre;
