@@ -57,16 +57,21 @@ fn the_start_looks_as_it_did() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// The recipes and what makes them short. Bones are shown as glass: what struts there are is not drawing.
-const RECIPES: [(&str, &[&str]); 9] = [
+/// Bones are shown as glass: what struts there are is not drawing.
+const INJECTION: &[&str] = &["inlet[0].dose=0.004 ml", "preview.view[0].bone=glass"];
+
+/// Every recipe, by name, and what makes it short.
+const RECIPES: [(&str, &[&str]); 14] = [
+    ("bench_dam", &[]),
     ("channel", &[]),
     ("dam_break", &[]),
     ("falling_drop", &[]),
-    (
-        "injection_45_55",
-        &["inlet[0].dose=0.004 ml", "preview.view[0].bone=glass"],
-    ),
+    ("injection_15_85", INJECTION),
+    ("injection_45_55", INJECTION),
+    ("injection_80_20", INJECTION),
     ("mixing_10", &[]),
+    ("mixing_100", &[]),
+    ("mixing_1000", &[]),
     ("periodic_box", &[]),
     ("resting_column", &[]),
     ("syringe", &[]),
@@ -111,6 +116,24 @@ fn recipes_look_as_they_did() {
         }
         let (code, said) = bench.run("preview", &recipe, &more);
         assert_eq!(code, Some(0), "{name}: {said}");
+    }
+}
+
+#[test]
+fn no_recipe_is_without_a_golden_image() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipeline");
+    let entries = fs::read_dir(folder).expect("pipeline/ is there");
+    let names = entries.map(|entry| entry.expect("readable").file_name());
+    let names = names.map(|name| name.to_string_lossy().into_owned());
+    let mut names: Vec<String> = names
+        .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+        .collect();
+    names.sort();
+    assert_eq!(names, RECIPES.map(|(name, _)| name));
+    for name in names {
+        let kept = fs::read_dir(set().join("recipes").join(&name));
+        let kept = kept.unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(kept.count() > 0, "{name}: nothing is kept");
     }
 }
 
