@@ -1,14 +1,8 @@
 //! The program as it is typed: output, messages, exit codes.
 
-use std::process::{Command, Output};
+mod program;
 
-fn osteoflow(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osteoflow"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the program starts")
-}
+use program::osteoflow;
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")

@@ -1,9 +1,11 @@
 //! What `check` foretells of a run, and what it builds on the way.
 
+mod program;
+
+use program::osteoflow;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 /// Cement comes out of a needle into a box.
 const PRESSED: &str = r#"
@@ -40,14 +42,6 @@ height = 180
 [[preview.view]]
 name = "front"
 "#;
-
-fn osteoflow(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osteoflow"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the program starts")
-}
 
 /// What `check --json` says, and its messages.
 fn check(arguments: &[&str]) -> (Value, String) {

@@ -1,14 +1,9 @@
 //! `verify` as it is typed: the cases that take seconds, against the project's own record.
 
-use std::fs;
-use std::process::{Command, Output};
+mod program;
 
-fn osteoflow(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osteoflow"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
+use program::osteoflow;
+use std::fs;
 
 #[test]
 fn cheap_cases_are_no_worse_than_recorded_and_leave_a_table_and_plots() {

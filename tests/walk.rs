@@ -270,6 +270,9 @@ fn cement_is_injected_into_a_bone_and_a_second_run_has_nothing_to_do() {
     let before = results(&out);
     let second = bench.done("run", "ball.toml", "out", &[]);
     assert_eq!(second.matches("up to date").count(), 5, "{second}");
+    // The folder stands for the recipe that its results were made of.
+    let third = bench.done("run", "out", "out", &[]);
+    assert_eq!(third.matches("up to date").count(), 5, "{third}");
     assert!(results(&out) == before);
 
     let report = json(&out.join("simulation.json"));

@@ -31,7 +31,8 @@ impl Table {
         let mut lines = text.split_inclusive('\n');
         let header = lines.next().unwrap_or_default();
         let kept: Vec<&str> = lines.filter(|l| l.ends_with('\n')).take(rows).collect();
-        if header.trim_end() != columns.join(",") || kept.len() != rows {
+        let whole = |row: &&str| row.split(',').count() == columns.len();
+        if header.trim_end() != columns.join(",") || kept.len() != rows || !kept.iter().all(whole) {
             let what = format!("it has not the {rows} rows that it should have by now");
             return Err(CacheError::damaged(path, what));
         }

@@ -325,7 +325,8 @@ pub(super) struct SheetArguments {
 /// A recipe, and changes to it.
 #[derive(Debug, Args)]
 pub(super) struct RecipeArguments {
-    /// The recipe, a TOML file such as pipeline/vertebra.toml; for `check` also a mesh or a volume.
+    /// The recipe, a TOML file such as pipeline/vertebra.toml, or the folder of its results; for `check` also a mesh or
+    /// a volume.
     pub recipe: PathBuf,
     /// Overrides a key of the recipe, for example --set 'inlet[0].flow_rate=4 ml/min'.
     #[arg(long = "set", value_name = "PATH=VALUE")]

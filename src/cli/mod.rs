@@ -7,7 +7,7 @@ mod progress;
 mod report;
 mod study;
 
-use crate::flow::{self, Event, FlowError, Forecast, Golden, Job, Outlook, Stage};
+use crate::flow::{self, Event, FlowError, Folder, Forecast, Golden, Job, Outlook, Stage};
 use crate::scene::{self, Recipe};
 use crate::sim::SimError;
 use crate::study::StudyError;
@@ -19,7 +19,7 @@ use progress::{Progress, put};
 use std::error::Error;
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -61,7 +61,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Verb::Check(what) => {
             let recipe = &what.recipe;
-            let path = &recipe.recipe;
+            let path = &recipe_of(&recipe.recipe)?;
             let alter = if recipe.quick {
                 Recipe::quick
             } else {
@@ -114,7 +114,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What a run of the recipe will take.
 fn ahead(what: &CheckArguments, progress: &mut Progress) -> Result<Forecast, Failure> {
     let outlook = Outlook {
-        recipe: &what.recipe.recipe,
+        recipe: &recipe_of(&what.recipe.recipe)?,
         overrides: &what.recipe.overrides,
         quick: what.recipe.quick,
         out: what.out.as_deref(),
@@ -172,14 +172,21 @@ fn run_stages(
     common: &Common,
     progress: &mut Progress,
 ) -> Result<Job, Failure> {
-    let recipe = &work.recipe.recipe;
+    let given = &work.recipe.recipe;
+    let recipe = &recipe_of(given)?;
     let mut name = recipe.file_stem().unwrap_or(recipe.as_os_str()).to_owned();
     let quick = work.recipe.quick;
     if quick {
         name.push("-quick");
     }
-    let out = work.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("out").join(name));
+    let usual = || {
+        if given.is_dir() {
+            given.clone()
+        } else {
+            Path::new("out").join(name)
+        }
+    };
+    let out = work.out.clone().unwrap_or_else(usual);
     let show = &mut |event: Event<'_>| progress.show(&event);
     let mut job = Job::open(
         recipe,
@@ -201,6 +208,15 @@ fn run_stages(
         print(&fs::read_to_string(&path).map_err(failed(&path))?)?;
     }
     Ok(job)
+}
+
+/// The recipe's file: of a folder of results the recipe that they were made of.
+fn recipe_of(given: &Path) -> Result<PathBuf, FlowError> {
+    if given.is_dir() {
+        Ok(Folder::existing(given)?.lock())
+    } else {
+        Ok(given.to_owned())
+    }
 }
 
 /// The first signal lets a step or a frame come to its end and be kept; the second ends the program at once.

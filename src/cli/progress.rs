@@ -1,5 +1,6 @@
 //! One line a frame on stderr: rewritten in place on a terminal, plain lines elsewhere.
 
+use super::report;
 use crate::flow::{Event, FrameReport};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -44,6 +45,12 @@ impl Progress {
                 self.line(&format!("{stage} took {seconds:.1} s"));
             }
             Event::Picture(path) => self.line(&format!("the start is drawn: {}", path.display())),
+            Event::Bone(path, bone) => {
+                self.line(&format!("note: {}:", path.display()));
+                for row in report::regions(bone) {
+                    self.line(&format!("  {row}"));
+                }
+            }
             Event::Note(path, note) => self.line(&format!("note: {}: {note}", path.display())),
             Event::Step(report) | Event::Frame(report) if self.rewrite => {
                 if self.shown.is_none_or(|shown| shown.elapsed() > PAUSE) {

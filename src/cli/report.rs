@@ -1,5 +1,6 @@
 //! What `check` says about a recipe.
 
+use crate::bone::BoneReport;
 use crate::bone::Struts;
 use crate::flow::Forecast;
 use crate::math::Real;
@@ -96,6 +97,37 @@ pub(super) fn text(scene: &Scene, forecast: Option<&Forecast>) -> String {
 }
 
 /// The bone as built, and what a run is expected to take.
+/// What was asked of each region of a bone and what was made, below a line that says what is what.
+pub(super) fn regions(bone: &BoneReport) -> Vec<String> {
+    let built = bone.regions.iter().filter(|region| region.volume > 0.0);
+    let rows = built.map(|region| {
+        let asked = region.asked_porosity;
+        format!(
+            "{:<18} {:>14} {:>7.3} {:>10.3} {:>7.2} mm {:>11.1} {:>13.1e} m² {:>8.1}",
+            region.name,
+            asked.map_or("–".to_owned(), |p| format!("{p:.3}")),
+            region.porosity,
+            region.resolvable_porosity,
+            region.throat_diameter * 1e3,
+            region.throat_in_spacings,
+            region.kozeny_permeability,
+            region.kozeny_constant
+        )
+    });
+    let head = format!(
+        "{:<18} {:>14} {:>7} {:>10} {:>10} {:>11} {:>16} {:>8}",
+        "region",
+        "porosity asked",
+        "made",
+        "resolvable",
+        "throats",
+        "in spacings",
+        "Kozeny–Carman",
+        "constant"
+    );
+    [head].into_iter().chain(rows).collect()
+}
+
 fn expected(forecast: &Forecast) -> String {
     let mut lines = String::new();
     let mut line = |name: &str, value: String| {
@@ -103,35 +135,8 @@ fn expected(forecast: &Forecast) -> String {
         let _ = writeln!(lines, "{name:<12} {value}");
     };
     if let Some(bone) = &forecast.bone {
-        line(
-            "porosity",
-            format!(
-                "{:>24} {:>7} {:>7} {:>10} {:>16} {:>14} {:>9}",
-                "asked",
-                "made",
-                "resolvable",
-                "throats",
-                "in spacings",
-                "Kozeny–Carman",
-                "constant"
-            ),
-        );
-        for region in bone.regions.iter().filter(|region| region.volume > 0.0) {
-            let asked = region.asked_porosity;
-            line(
-                "",
-                format!(
-                    "{:<18} {:>5} {:>7.3} {:>10.3} {:>7.2} mm {:>16.1} {:>11.1e} m² {:>9.1}",
-                    region.name,
-                    asked.map_or("–".to_owned(), |p| format!("{p:.3}")),
-                    region.porosity,
-                    region.resolvable_porosity,
-                    region.throat_diameter * 1e3,
-                    region.throat_in_spacings,
-                    region.kozeny_permeability,
-                    region.kozeny_constant
-                ),
-            );
+        for (n, row) in regions(bone).iter().enumerate() {
+            line(if n == 0 { "bone" } else { "" }, row.clone());
         }
     }
     let [start, end] = forecast.particles;

@@ -2,7 +2,7 @@
 
 use super::{Class, ExportSettings, Grid, Leaf, Leaves, y_up};
 use crate::cache::Frame;
-use crate::grid::{BRICK, PointBricks};
+use crate::grid::{BRICK, PointBricks, crowding};
 use crate::math::Vec3;
 use rayon::prelude::*;
 
@@ -11,15 +11,17 @@ use rayon::prelude::*;
 pub fn from_frame(frame: &Frame, settings: &ExportSettings) -> Vec<Grid> {
     let voxel = settings.voxel * frame.spacing;
     let position: Vec<[f32; 3]> = frame.position.iter().map(|p| y_up(*p)).collect();
-    let points = PointBricks::new(&position, voxel, settings.smoothing * frame.spacing);
+    let radius = settings.smoothing * frame.spacing;
+    let points = PointBricks::new(&position, voxel, radius);
+    let crowding = crowding(&position, radius);
     // V, V α, V v of each particle; V as in the surface's colour field.
     let carried: Vec<[f32; 5]> = points
-        .crowding()
+        .order
         .iter()
-        .zip(&points.order)
-        .map(|(crowding, &i)| {
-            let [u, v, w] = y_up(frame.velocity[i as usize]);
-            [1.0, frame.polymer_fraction[i as usize], u, v, w].map(|x| x / crowding)
+        .map(|&i| {
+            let i = i as usize;
+            let [u, v, w] = y_up(frame.velocity[i]);
+            [1.0, frame.polymer_fraction[i], u, v, w].map(|x| x / crowding[i])
         })
         .collect();
     let leaves: Vec<_> = points

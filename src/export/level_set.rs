@@ -59,7 +59,7 @@ pub fn from_surface(
     let leaves = keys
         .par_iter()
         .filter_map(|&key| {
-            let near = points.near(key);
+            let nearest = points.near(key).nearest_nodes();
             let first = key.map(|k| k * BRICK);
             let mut leaf = Leaf {
                 first,
@@ -69,10 +69,9 @@ pub fn from_surface(
             for i in 0..512 {
                 let inner = [i >> 6, i >> 3 & 7, i & 7];
                 let at: [i32; 3] = std::array::from_fn(|a| first[a] + inner[a] as i32);
-                let nearest = near.nearest(inner.map(|n| n as f32));
-                let found = nearest.map(|point| {
+                let found = nearest[i].map(|point| {
                     let x = Vec3::from(at.map(Real::from)) * voxel;
-                    distance(&x, points.order[point])
+                    distance(&x, points.order[point as usize])
                 });
                 leaf.values[i] = match found {
                     Some(found) if found.abs() < background => {

@@ -48,7 +48,7 @@ impl Folder {
     }
 
     /// A folder that holds the results of some recipe.
-    pub(super) fn existing(root: &Path) -> Result<Self, FlowError> {
+    pub fn existing(root: &Path) -> Result<Self, FlowError> {
         let folder = Self {
             root: root.to_owned(),
         };

@@ -9,6 +9,7 @@ mod folder;
 mod forecast;
 mod frames;
 mod golden;
+mod leaks;
 mod made;
 mod movers;
 mod overview;
@@ -35,6 +36,7 @@ pub use made::{draw_three_sides, write_bone_section};
 pub use overview::sheet;
 pub use stage::Stage;
 
+use crate::bone::BoneReport;
 use crate::cache::{self, Frame};
 use crate::scene::{self, Finding, Recipe, Scene};
 use crate::sim::Simulation;
@@ -73,6 +75,8 @@ pub enum Event<'a> {
     Warning(&'a Finding),
     /// Something about a file from outside that its owner should know.
     Note(&'a Path, &'a str),
+    /// A bone was built from this file: what was asked and what was made.
+    Bone(&'a Path, &'a BoneReport),
     /// A stage begins.
     Started(Stage),
     /// A stage has nothing to do: its results are what they would be.

@@ -2,6 +2,7 @@
 
 use super::{FlowError, Job, Observer, each_frame, overview, tint::Tint, turntable};
 use crate::cache::{self, Frame};
+use crate::ink;
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
 use crate::preview::{
@@ -11,8 +12,7 @@ use crate::scene::{BoneLook, View};
 use crate::sim::{Motion, Pose};
 use crate::solid::Solid;
 use crate::surface::{Surface, reconstruct};
-use image::codecs::png::PngEncoder;
-use image::{ImageEncoder, RgbImage};
+use image::RgbImage;
 use std::path::{Path, PathBuf};
 
 /// Angle across the shorter side of a picture [rad].
@@ -296,10 +296,5 @@ fn corners(bounds: &Aabb) -> Vec<Vec3> {
 }
 
 pub(super) fn png(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, FlowError> {
-    let mut bytes = Vec::new();
-    let (width, height) = picture.dimensions();
-    PngEncoder::new(&mut bytes)
-        .write_image(picture, width, height, image::ExtendedColorType::Rgb8)
-        .map_err(|e| FlowError::io(path)(std::io::Error::other(e)))?;
-    Ok(bytes)
+    ink::png(picture).map_err(|e| FlowError::io(path)(std::io::Error::other(e)))
 }

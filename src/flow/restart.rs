@@ -1,5 +1,6 @@
 //! Stopping a simulation and going on: `restart/` holds its state, the state before that, and what it was made from.
 
+use super::leaks::Left;
 use super::stamp::Inputs;
 use super::{Event, FlowError, Folder, Job, Observer};
 use crate::cache::{self, CacheError, Restart};
@@ -20,6 +21,8 @@ pub(super) struct Record {
     /// Walls awake at each frame, added up.
     #[serde(default)]
     pub walls_awake: u64,
+    #[serde(default)]
+    pub left: Left,
 }
 
 /// Beside the states: what they belong to.

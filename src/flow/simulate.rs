@@ -1,14 +1,12 @@
 //! Walls → `frames/`, `stats.csv` and `simulation.json`; a state to go on from, now and then, in `restart/`.
 
+use super::leaks::Leaks;
 use super::restart::{self, Record, Saver};
 use super::stamp::Inputs;
 use super::{Event, FlowError, FrameReport, Job, Observer, Stage, fillings, movers, preview};
 use crate::cache::{self, Frame, Table};
-use crate::mesh::{LengthUnit, MeshDistance, UpAxis, read_obj};
 use crate::sim::{Ledger, Limit, Probe, Simulation, StepReport};
-use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -52,6 +50,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         saver: Saver::new(&job.folder, &inputs)?,
         stats,
         readings,
+        leaks: Leaks::of(job)?,
         record,
     };
     let ended = course.frames(&mut run, observer);
@@ -59,7 +58,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         return ended;
     }
     let diverged = ended.as_ref().err().map(ToString::to_string);
-    let summary = summary(job, &mut run, &course.record, diverged.as_deref())?;
+    let summary = summary(&mut run, &course, diverged.as_deref());
     cache::write_json(&job.folder.simulation_report(), &summary)?;
     ended
 }
@@ -84,6 +83,7 @@ struct Course<'a> {
     saver: Saver<'a>,
     stats: Table,
     readings: Option<Table>,
+    leaks: Option<Leaks>,
     record: Record,
 }
 
@@ -118,7 +118,7 @@ impl Course<'_> {
                     Err(error) => {
                         // The state before the step that failed: with other settings it may go on from there.
                         self.saver.save(run, &self.record)?;
-                        self.enter(index, &run.ledger())?;
+                        self.enter(index, run)?;
                         return Err(error.into());
                     }
                 };
@@ -131,9 +131,7 @@ impl Course<'_> {
                 }
                 self.saver.pass(run, &self.record)?;
             }
-            let ledger = run.ledger();
-            report.compression = ledger.compression[0];
-            self.enter(index, &ledger)?;
+            report.compression = self.enter(index, run)?.compression[0];
             self.read_probes(index, run)?;
             cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
             if index == 0 && job.early_picture {
@@ -159,15 +157,20 @@ impl Course<'_> {
         Ok(table.row(&row)?)
     }
 
-    fn enter(&mut self, frame: u32, ledger: &Ledger) -> Result<(), FlowError> {
+    fn enter(&mut self, frame: u32, run: &mut Simulation) -> Result<Ledger, FlowError> {
+        let ledger = run.ledger();
         let record = &mut self.record;
+        if let Some(leaks) = &self.leaks {
+            leaks.note(&run.fluid.position, &run.fluid.id, &mut record.left);
+        }
         record.steps += ledger.window[0];
         record.converged += ledger.window[1];
         record.most_in_walls = record.most_in_walls.max(ledger.in_walls);
         record.walls_awake += ledger.awake as u64;
         let mut row = vec![frame.to_string()];
         row.extend(ledger.row());
-        Ok(self.stats.row(&row)?)
+        self.stats.row(&row)?;
+        Ok(ledger)
     }
 }
 
@@ -206,18 +209,16 @@ pub(super) fn frame(index: u32, run: &Simulation) -> Frame {
 }
 
 /// How it went, in a few numbers.
-fn summary(
-    job: &Job,
-    run: &mut Simulation,
-    record: &Record,
-    diverged: Option<&str>,
-) -> Result<Value, FlowError> {
+fn summary(run: &mut Simulation, course: &Course<'_>, diverged: Option<&str>) -> Value {
     let ledger = run.ledger();
-    let whereabouts = whereabouts(job, run)?;
+    let record = &course.record;
+    let flows = !run.fluid.is_empty();
+    let whereabouts = (course.leaks.as_ref().filter(|_| flows))
+        .map(|leaks| leaks.report(&run.fluid.position, &record.left, run.rest_volume));
     let volume = |phases: crate::fluid::PerPhase<f64>| phases.liquid + phases.polymer;
     let awake = record.walls_awake as f64 / f64::from(record.next.max(1));
     let asleep = 1.0 - awake / run.wall_count().max(1) as f64;
-    Ok(json!({
+    json!({
         "diverged": diverged,
         "time_s": run.time,
         "steps": record.steps,
@@ -232,36 +233,5 @@ fn summary(
         "volume_escaped_m3": volume(ledger.escaped),
         "inside_bone_share": whereabouts.as_ref().map(|w| w["inside_share"].clone()),
         "leaked_m3": whereabouts.as_ref().map(|w| w["leaked_m3"].clone()),
-    }))
+    })
 }
-
-/// Where the cement lies: the share within the bone's outer surface, and the volume that left it, by the opening
-/// that is nearest [m³].
-fn whereabouts(job: &Job, run: &Simulation) -> Result<Option<Value>, FlowError> {
-    let position = &run.fluid.position;
-    let Some(bone) = job.scene.bone.as_ref().filter(|_| !position.is_empty()) else {
-        return Ok(None);
-    };
-    let surface = read_obj(&job.folder.bone_mesh(), LengthUnit::Metre, UpAxis::Y)?;
-    let distance = MeshDistance::new(&surface);
-    let outside: Vec<&crate::math::Vec3> = position
-        .par_iter()
-        .filter(|x| distance.signed(x) >= 0.0)
-        .collect();
-    let openings = &bone.settings.openings;
-    let mut leaked: BTreeMap<&str, f64> = BTreeMap::new();
-    for x in &outside {
-        let depths = openings.iter().map(|o| (o.shape.depth(x), o.name.as_str()));
-        let nearest = depths.max_by(|a, b| a.0.total_cmp(&b.0));
-        let name = nearest.filter(|(depth, _)| *depth > -FARTHEST_LEAK);
-        *leaked.entry(name.map_or("elsewhere", |n| n.1)).or_default() += run.rest_volume;
-    }
-    let inside = position.len() - outside.len();
-    Ok(Some(json!({
-        "inside_share": inside as f64 / position.len() as f64,
-        "leaked_m3": leaked,
-    })))
-}
-
-/// Cement farther from every opening has not come out of one [m].
-const FARTHEST_LEAK: f64 = 5e-3;

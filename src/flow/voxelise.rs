@@ -120,23 +120,8 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
             );
             observer(Event::Note(path, &note));
         }
-        if region.volume > 0.0 {
-            let asked = region.asked_porosity;
-            let asked = asked.map_or("–".to_owned(), |p| format!("{p:.3}"));
-            let note = format!(
-                "region \"{}\": porosity asked {asked}, made {:.3}, resolvable {:.3}; \
-                 throats {:.2} mm, {:.1} spacings; permeability by Kozeny–Carman {:.1e} m² with {:.1}, the constant of such rods",
-                region.name,
-                region.porosity,
-                region.resolvable_porosity,
-                region.throat_diameter * 1e3,
-                region.throat_in_spacings,
-                region.kozeny_permeability,
-                region.kozeny_constant
-            );
-            observer(Event::Note(path, &note));
-        }
     }
+    observer(Event::Bone(path, &built.report));
     let reached = |ball| built.report.reached(ball) * 100.0;
     let note = format!(
         "from {}, particles reach {:.1} % of the pores; {:.1} % on ways that are resolved, {} spacings wide",

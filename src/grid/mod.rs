@@ -2,6 +2,7 @@
 
 mod brick;
 mod connected;
+mod fit;
 mod grow;
 mod near;
 mod patch;
@@ -12,4 +13,4 @@ pub use brick::{BRICK, BrickGrid};
 pub use connected::{BrickMask, BrickNeighbours, count};
 pub use near::{NearPoints, PlaceSums, kernel, kernel_slope};
 pub use patch::{Between, Patch};
-pub use points::PointBricks;
+pub use points::{PointBricks, crowding};

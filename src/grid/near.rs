@@ -78,38 +78,38 @@ impl NearPoints {
         widest(Crowding { near: self, at })
     }
 
-    /// The place among the sorted points of the nearest that is in reach of `at`, the first of equals.
-    pub fn nearest(&self, at: [f32; 3]) -> Option<usize> {
-        let (square, place) = widest(Nearest { near: self, at });
-        (square < self.reach * self.reach).then(|| self.index[place] as usize)
+    /// The place among the sorted points of the one nearest to each of the 8³ nodes, the first of equals; none if none is
+    /// in reach.
+    pub fn nearest_nodes(&self) -> Box<[Option<u32>; 512]> {
+        let rows = widest(NearestNodes { near: self });
+        let place = rows.as_flattened();
+        Box::new(std::array::from_fn(|node| {
+            self.index.get(place[node] as usize).copied()
+        }))
     }
 
-    /// Calls `each` with the place among the sorted points, the offset x − x_j [voxels] and q of every point in reach
-    /// of `at`.
-    pub fn visit(&self, at: [f32; 3], mut each: impl FnMut(usize, [f32; 3], f32)) {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.position[axis].as_slice());
-        let square = self.reach * self.reach;
-        for j in 0..self.index.len() {
-            let offset = [at[0] - x[j], at[1] - y[j], at[2] - z[j]];
-            let r2 = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-            if r2 < square {
-                each(self.index[j] as usize, offset, r2.sqrt() / self.reach);
+    /// Offsets and squared distances [voxels] from `at` of the points in a run of lanes. Plain loops: what iterators and
+    /// closures become is not always inlined, and then not compiled for wide registers.
+    #[inline(always)]
+    pub(super) fn offsets(&self, at: [f32; 3], run: usize) -> ([[f32; LANES]; 3], [f32; LANES]) {
+        let mut d = [[0.0; LANES]; 3];
+        for axis in 0..3 {
+            let lanes = &self.position[axis].as_chunks::<LANES>().0[run];
+            for k in 0..LANES {
+                d[axis][k] = at[axis] - lanes[k];
             }
         }
+        let mut r2 = [0.0; LANES];
+        for k in 0..LANES {
+            r2[k] = d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k];
+        }
+        (d, r2)
     }
 
-    /// Offsets and squared distances [voxels] from `at` of the points in each run of lanes.
+    /// How many runs of lanes there are.
     #[inline(always)]
-    fn offsets(&self, at: [f32; 3]) -> impl Iterator<Item = ([[f32; LANES]; 3], [f32; LANES])> {
-        let lanes = [0, 1, 2].map(|axis| self.position[axis].as_chunks::<LANES>().0);
-        (0..lanes[0].len()).map(move |run| {
-            let d = [0, 1, 2].map(|axis| -> [f32; LANES] {
-                std::array::from_fn(|k| at[axis] - lanes[axis][run][k])
-            });
-            let r2 =
-                std::array::from_fn(|k| d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k]);
-            (d, r2)
-        })
+    pub(super) fn runs(&self) -> usize {
+        self.position[0].len() / LANES
     }
 }
 
@@ -175,14 +175,14 @@ impl<const N: usize> Wide for AtPlace<'_, N> {
         let mut total = [0.0_f32; LANES];
         let mut gradient = [[0.0_f32; LANES]; 3];
         let mut sums = [[0.0_f32; LANES]; N];
-        for (run, (d, r2)) in self.near.offsets(self.at).enumerate() {
-            let q: [f32; LANES] = std::array::from_fn(|k| r2[k].sqrt() * per_reach);
-            // At a point itself the gradient is 0, not 0 / 0.
-            let slope: [f32; LANES] = std::array::from_fn(|k| {
-                weights[run][k] * kernel_slope(q[k]) * per_reach * per_reach / (q[k] + 1e-9)
-            });
-            let w: [f32; LANES] = std::array::from_fn(|k| weights[run][k] * kernel(q[k]));
+        for run in 0..self.near.runs() {
+            let (d, r2) = self.near.offsets(self.at, run);
+            let (mut w, mut slope) = ([0.0; LANES], [0.0; LANES]);
             for k in 0..LANES {
+                let q = r2[k].sqrt() * per_reach;
+                // At a point itself the gradient is 0, not 0 / 0.
+                slope[k] = weights[run][k] * kernel_slope(q) * per_reach * per_reach / (q + 1e-9);
+                w[k] = weights[run][k] * kernel(q);
                 total[k] += w[k];
             }
             for axis in 0..3 {
@@ -216,7 +216,8 @@ impl Wide for Crowding<'_> {
     fn run(self) -> Self::Out {
         let per_reach = 1.0 / self.near.reach;
         let mut sums = [[0.0_f32; LANES]; 2];
-        for (_, r2) in self.near.offsets(self.at) {
+        for run in 0..self.near.runs() {
+            let (_, r2) = self.near.offsets(self.at, run);
             for k in 0..LANES {
                 let q = r2[k].sqrt() * per_reach;
                 sums[0][k] += kernel(q);
@@ -227,40 +228,55 @@ impl Wide for Crowding<'_> {
     }
 }
 
-struct Nearest<'a> {
+struct NearestNodes<'a> {
     near: &'a NearPoints,
-    at: [f32; 3],
 }
 
-impl Wide for Nearest<'_> {
-    /// Squared distance and place in `near`.
-    type Out = (f32, usize);
+impl Wide for NearestNodes<'_> {
+    /// Place in `near`, beyond it where none is in reach.
+    type Out = [[u32; 8]; 64];
 
     #[inline(always)]
     fn run(self) -> Self::Out {
-        let mut least = [f32::INFINITY; LANES];
-        let mut place = [0_u32; LANES];
-        for (run, (_, r2)) in self.near.offsets(self.at).enumerate() {
-            for k in 0..LANES {
-                let nearer = r2[k] < least[k];
-                place[k] = if nearer { run as u32 } else { place[k] };
-                least[k] = if nearer { r2[k] } else { least[k] };
+        let near = self.near;
+        let mut least = [[near.reach * near.reach; 8]; 64];
+        let mut place = [[u32::MAX; 8]; 64];
+        for j in 0..near.index.len() {
+            let (x, y, z) = (
+                near.position[0][j],
+                near.position[1][j],
+                near.position[2][j],
+            );
+            let mut dz2 = [0.0_f32; 8];
+            for k in 0..8 {
+                dz2[k] = (k as f32 - z) * (k as f32 - z);
+            }
+            for nx in 0..8 {
+                let dx2 = (nx as f32 - x) * (nx as f32 - x);
+                if dx2 >= near.reach * near.reach {
+                    continue;
+                }
+                for ny in 0..8 {
+                    let dxy2 = dx2 + (ny as f32 - y) * (ny as f32 - y);
+                    if dxy2 >= near.reach * near.reach {
+                        continue;
+                    }
+                    let (least, place) = (&mut least[nx * 8 + ny], &mut place[nx * 8 + ny]);
+                    for k in 0..8 {
+                        let nearer = dxy2 + dz2[k] < least[k];
+                        place[k] = if nearer { j as u32 } else { place[k] };
+                        least[k] = if nearer { dxy2 + dz2[k] } else { least[k] };
+                    }
+                }
             }
         }
-        let mut best = (f32::INFINITY, 0);
-        for k in 0..LANES {
-            let candidate = (least[k], place[k] as usize * LANES + k);
-            if candidate < best {
-                best = candidate;
-            }
-        }
-        best
+        place
     }
 }
 
 /// Sum over lanes, in one order everywhere.
 #[inline(always)]
-fn across(lanes: &[f32; LANES]) -> f32 {
+pub(super) fn across(lanes: &[f32; LANES]) -> f32 {
     lanes.iter().sum()
 }
 

@@ -116,21 +116,24 @@ impl PointBricks {
         near
     }
 
-    /// What `each` makes of every sorted point, given the points near it and its own place among them.
-    pub fn map_points<T: Send>(
+    /// What `each` makes of every sorted point, given the points near it, what `prepare` made of those, its place in the
+    /// brick and its own place among the sorted points.
+    pub fn map_points<P, T: Send>(
         &self,
-        each: impl Fn(&NearPoints, [f32; 3], usize) -> T + Sync,
+        prepare: impl Fn(&NearPoints) -> P + Sync,
+        each: impl Fn(&NearPoints, &P, [f32; 3], usize) -> T + Sync,
     ) -> Vec<T> {
         (0..self.bricks.len())
             .into_par_iter()
             .flat_map_iter(|b| {
                 let near = self.near(self.bricks[b]);
+                let prepared = prepare(&near);
                 let first = self.bricks[b].map(|k| f64::from(k * BRICK));
                 (self.start[b]..self.start[b + 1])
                     .map(|point| {
                         let at =
                             std::array::from_fn(|i| (self.position[point][i] - first[i]) as f32);
-                        each(&near, at, point)
+                        each(&near, &prepared, at, point)
                     })
                     .collect::<Vec<T>>()
             })
@@ -160,11 +163,19 @@ impl PointBricks {
             })
         })
     }
+}
 
-    /// Σ_k w of each sorted point, itself included: how many neighbours it counts for.
-    pub fn crowding(&self) -> Vec<f32> {
-        self.map_points(|near, at, _| near.crowding(at)[0])
+/// Σ_k w of each of the `points` [m], itself included, for a kernel that vanishes at `radius` [m]: how many neighbours it
+/// counts for. 0 for those that are left out.
+pub fn crowding(points: &[[f32; 3]], radius: f64) -> Vec<f32> {
+    // Bricks of two radii: larger ones hold points that are not asked for, smaller ones are too many.
+    let bricks = PointBricks::new(points, radius / 4.0, radius);
+    let sorted = bricks.map_points(|_| (), |near, (), at, _| near.crowding(at)[0]);
+    let mut crowding = vec![0.0; points.len()];
+    for (&i, sum) in bricks.order.iter().zip(sorted) {
+        crowding[i as usize] = sum;
     }
+    crowding
 }
 
 #[cfg(test)]
@@ -189,19 +200,28 @@ mod tests {
                 (0..points.len()).map(|i| weight(i) * w(i)).sum()
             };
             let bricks = PointBricks::new(&points, voxel, radius);
-            for (&i, crowding) in bricks.order.iter().zip(bricks.crowding()) {
-                let expected = sum_at(points[i as usize].map(f64::from), &|_| 1.0);
+            for (point, crowding) in points.iter().zip(crowding(&points, radius)) {
+                let expected = sum_at(point.map(f64::from), &|_| 1.0);
                 assert!((f64::from(crowding) - expected).abs() < 1e-4);
             }
             let keys = bricks.touched();
             let mut total = 0.0;
             for key in &keys {
                 let near = bricks.near(*key);
+                let nearest = near.nearest_nodes();
                 let sums = near.node_sums(|j| [1.0, bricks.order[j] as f32]);
                 total += sums[0].iter().map(|s| f64::from(*s)).sum::<f64>();
                 for node in [0, 77, 511_i32] {
                     let inner = [node >> 6, node >> 3 & 7, node & 7];
-                    let x = std::array::from_fn(|a| f64::from(key[a] * 8 + inner[a]) * voxel);
+                    let x: [f64; 3] =
+                        std::array::from_fn(|a| f64::from(key[a] * 8 + inner[a]) * voxel);
+                    let away = |i: u32| {
+                        let p = points[bricks.order[i as usize] as usize].map(f64::from);
+                        (0..3).map(|a| (x[a] - p[a]).powi(2)).sum::<f64>().sqrt()
+                    };
+                    let least = (0..150).map(away).fold(radius, f64::min);
+                    let found = nearest[node as usize].map_or(radius, away);
+                    assert!((found - least).abs() < 1e-6, "{found} {least}");
                     for (channel, weight) in [(0, 1.0), (1, 0.0)] {
                         let expected = sum_at(x, &|i| weight + (1.0 - weight) * i as f64);
                         let found = f64::from(sums[channel][node as usize]);

@@ -67,11 +67,18 @@ impl MeshDistance {
             None => (None, (0..count as u32).collect()),
             Some((winding, kept)) => (Some(winding), kept),
         };
-        let (normals, unsure) = features(mesh, &edges, &crossing);
+        let (mut normals, mut unsure) = features(mesh, &edges, &crossing);
+        // In place: of millions of triangles two copies would be a gigabyte more.
+        for (place, &t) in kept.iter().enumerate() {
+            normals[place] = normals[t as usize];
+            unsure[place] = unsure[t as usize];
+        }
+        normals.truncate(kept.len());
+        unsure.truncate(kept.len());
         let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| mesh.corners(t as usize)).collect();
         Self {
-            normals: kept.iter().map(|&t| normals[t as usize]).collect(),
-            unsure: kept.iter().map(|&t| unsure[t as usize]).collect(),
+            normals,
+            unsure,
             kept,
             winding,
             tree: tree_of(&corners),
@@ -81,23 +88,16 @@ impl MeshDistance {
 
     /// Of the mesh in another place: what was found out about it stays.
     #[must_use]
-    pub fn transformed(self, motion: &Isometry3<Real>) -> Self {
-        let place = |p: &Vec3| motion.transform_point(&Point3::from(*p)).coords;
-        let turn = |n: &Vec3| motion.rotation * n;
-        let corners: Vec<[Vec3; 3]> = self
-            .corners
-            .iter()
-            .map(|corners| corners.each_ref().map(place))
-            .collect();
+    pub fn transformed(mut self, motion: &Isometry3<Real>) -> Self {
+        for corner in self.corners.as_flattened_mut() {
+            *corner = motion.transform_point(&Point3::from(*corner)).coords;
+        }
+        for normal in self.normals.as_flattened_mut() {
+            *normal = motion.rotation * *normal;
+        }
         Self {
-            normals: self
-                .normals
-                .iter()
-                .map(|normals| normals.each_ref().map(turn))
-                .collect(),
             winding: self.winding.map(|winding| winding.transformed(motion)),
-            tree: tree_of(&corners),
-            corners,
+            tree: tree_of(&self.corners),
             ..self
         }
     }

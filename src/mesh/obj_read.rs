@@ -13,7 +13,7 @@ use std::path::Path;
 #[derive(Debug, thiserror::Error)]
 pub enum ObjError {
     /// The file could not be read.
-    #[error("{file}: {source}")]
+    #[error("cannot read the mesh {file}")]
     Read {
         /// Path as given.
         file: String,

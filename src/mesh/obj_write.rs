@@ -3,6 +3,7 @@
 use super::decimal::{put_digits, put_number};
 use super::{LengthUnit, TriMesh, UpAxis};
 use crate::math::{Real, Vec3};
+use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// How an OBJ file is written.
@@ -47,81 +48,81 @@ pub fn write_obj_with(
     normals: Option<&[Vec3]>,
     colours: Option<&[[f32; 3]]>,
 ) -> io::Result<()> {
-    let mut text = Text {
-        out,
-        buffer: Vec::with_capacity(FLUSH + 256),
-    };
     for comment in style.comments {
-        text.buffer
-            .extend(format!("# {}\n", comment.replace('\n', " ")).bytes());
+        writeln!(out, "# {}", comment.replace('\n', " "))?;
     }
-    text.buffer
-        .extend(format!("# unit {}\n# up {}\n", style.unit, style.up).bytes());
+    write!(out, "# unit {}\n# up {}\n", style.unit, style.up)?;
 
     // A tenth of a micrometre, whatever the unit.
     let scale = 1.0 / style.unit.metres();
     let decimals = style.unit.decimals();
-    for (v, position) in mesh.positions.iter().enumerate() {
-        text.line(b"v", style.up.outward(position) * scale, decimals);
+    lines(out, mesh.positions.len(), |text, v| {
+        text.push(b'v');
+        let position = style.up.outward(&mesh.positions[v]) * scale;
+        numbers(text, &position, decimals);
         if let Some(colours) = colours {
-            for channel in colours[v] {
-                text.number(channel.into(), 4);
-            }
+            numbers(text, &Vec3::from(colours[v].map(Real::from)), 4);
         }
-        text.end()?;
-    }
-    for normal in normals.into_iter().flatten() {
-        text.line(b"vn", style.up.outward(normal), 5);
-        text.end()?;
-    }
-    let mut groups = style.groups.iter().peekable();
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        while let Some((name, _)) = groups.next_if(|(_, first)| *first <= t) {
-            text.buffer.extend(format!("g {name}").bytes());
-            text.end()?;
+    })?;
+    let normals_or_none = normals.unwrap_or_default();
+    lines(out, normals_or_none.len(), |text, v| {
+        text.extend(b"vn");
+        numbers(text, &style.up.outward(&normals_or_none[v]), 5);
+    })?;
+    lines(out, mesh.triangles.len(), |text, t| {
+        let first = style.groups.partition_point(|(_, first)| *first < t);
+        let groups = style.groups[first..].iter();
+        for (name, _) in groups.take_while(|(_, first)| *first == t) {
+            text.extend(format!("g {name}\n").bytes());
         }
-        text.buffer.push(b'f');
-        for v in triangle {
-            let id = u64::from(*v) + 1;
-            text.buffer.push(b' ');
-            put_digits(&mut text.buffer, id);
+        text.push(b'f');
+        for v in mesh.triangles[t] {
+            let id = u64::from(v) + 1;
+            text.push(b' ');
+            put_digits(text, id);
             if normals.is_some() {
-                text.buffer.extend(b"//");
-                put_digits(&mut text.buffer, id);
+                text.extend(b"//");
+                put_digits(text, id);
             }
         }
-        text.end()?;
-    }
-    text.out.write_all(&text.buffer)
+    })
 }
 
-const FLUSH: usize = 1 << 16;
+/// Lines that are made by one thread at a time.
+const RUN: usize = 1 << 14;
+/// Runs of lines that are in memory at once.
+const AT_ONCE: usize = 16;
 
-struct Text<'a, W: Write> {
-    out: &'a mut W,
-    buffer: Vec<u8>,
+/// Writes `count` lines in order, made in parallel.
+fn lines(
+    out: &mut impl Write,
+    count: usize,
+    line: impl Fn(&mut Vec<u8>, usize) + Sync,
+) -> io::Result<()> {
+    let runs: Vec<usize> = (0..count).step_by(RUN).collect();
+    for some in runs.chunks(AT_ONCE) {
+        let texts: Vec<Vec<u8>> = some
+            .par_iter()
+            .map(|&first| {
+                let mut text = Vec::new();
+                for i in first..count.min(first + RUN) {
+                    line(&mut text, i);
+                    text.push(b'\n');
+                }
+                text
+            })
+            .collect();
+        for text in texts {
+            out.write_all(&text)?;
+        }
+    }
+    Ok(())
 }
 
-impl<W: Write> Text<'_, W> {
-    fn line(&mut self, keyword: &[u8], numbers: Vec3, decimals: u32) {
-        self.buffer.extend(keyword);
-        for &number in &numbers {
-            self.number(number, decimals);
-        }
-    }
-
-    fn number(&mut self, number: Real, decimals: u32) {
-        self.buffer.push(b' ');
-        put_number(&mut self.buffer, number, decimals);
-    }
-
-    fn end(&mut self) -> io::Result<()> {
-        self.buffer.push(b'\n');
-        if self.buffer.len() >= FLUSH {
-            self.out.write_all(&self.buffer)?;
-            self.buffer.clear();
-        }
-        Ok(())
+fn numbers(text: &mut Vec<u8>, numbers: &Vec3, decimals: u32) {
+    for &number in numbers {
+        text.push(b' ');
+        put_number(text, number, decimals);
     }
 }
 

@@ -1,10 +1,9 @@
 //! Plots: points over curves, on linear or logarithmic axes, as a picture.
 
 use super::axis::{Axis, Scale, TickLabel};
-use crate::ink::{Pen, draw_lines};
+use crate::ink::{self, Pen, draw_lines};
 use crate::math::Real;
-use image::{ImageFormat, Rgb, RgbImage};
-use std::io::Cursor;
+use image::{Rgb, RgbImage};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,11 +168,7 @@ impl Plot {
 
     /// The picture as the bytes of a PNG file.
     pub fn to_png(&self) -> Vec<u8> {
-        let mut bytes = Cursor::new(Vec::new());
-        self.draw()
-            .write_to(&mut bytes, ImageFormat::Png)
-            .expect("a picture of this size fits into memory");
-        bytes.into_inner()
+        ink::png(&self.draw()).expect("a picture of this size fits into memory")
     }
 }
 

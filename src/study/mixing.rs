@@ -7,6 +7,7 @@
 use super::scenes::SUPPORT;
 use super::tank::{Fate, LIQUID, Tank, cfl_step};
 use super::{Bench, Findings, Study, StudyError};
+use crate::ink;
 use crate::math::{Aabb, Real, Vec3};
 use crate::preview::{
     Camera, FELL_OVER, Lettering, PictureSettings, Row, Scene, Sphere, WELL, colour, contact_sheet,
@@ -14,9 +15,8 @@ use crate::preview::{
 };
 use crate::report::{Axis, Cell, Look, Plot, Series, Table};
 use crate::sim::{Scheme, StressStep};
-use image::{ImageFormat, RgbImage};
+use image::RgbImage;
 use serde_json::json;
-use std::io::Cursor;
 
 pub(super) const STUDY: Study = Study {
     name: "mixing",
@@ -171,9 +171,5 @@ fn picture(fate: &Fate, spacing: Real) -> RgbImage {
 }
 
 fn png(picture: &RgbImage) -> Result<Vec<u8>, StudyError> {
-    let mut bytes = Vec::new();
-    picture
-        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
-        .map_err(|error| StudyError::Scene(error.to_string()))?;
-    Ok(bytes)
+    ink::png(picture).map_err(|error| StudyError::Scene(error.to_string()))
 }

@@ -4,7 +4,7 @@ use super::cubes::Cut;
 use super::field::Field;
 use crate::cache::Frame;
 use crate::grid::NearPoints;
-use crate::math::{Mat3, Real, Vec3};
+use crate::math::{Real, Vec3};
 
 /// Channels of the table: polymer fraction, velocity (3), pressure, shear rate, age, neighbours.
 const CHANNELS: usize = 8;
@@ -47,28 +47,17 @@ impl Table {
     }
 }
 
-/// √(2 D:D) of each sorted particle [1/s], D the symmetric part of the velocity gradient: the linear field that fits
-/// the velocities around best, each weighted by the kernel.
+/// √(2 D:D) of each sorted particle [1/s], D the symmetric part of the velocity gradient.
 fn shear_rates(frame: &Frame, field: &Field) -> Vec<f32> {
-    let velocity =
-        |row: usize| Vec3::from(frame.velocity[field.points.order[row] as usize].map(Real::from));
-    field.points.map_points(|near, at, row| {
-        let here = velocity(row);
-        let (mut moment, mut product) = (Mat3::zeros(), Mat3::zeros());
-        near.visit(at, |other, offset, q| {
-            let weight = Real::from(crate::grid::kernel(q));
-            let x = Vec3::from(offset.map(|c| -Real::from(c)));
-            moment += x * x.transpose() * weight;
-            product += (velocity(other) - here) * x.transpose() * weight;
-        });
-        // Threads and sheets say nothing across: there the gradient is 0, not a quotient of rounding errors.
-        moment += Mat3::identity() * (1e-3 * moment.trace() + 1e-12);
-        let gradient = moment
-            .try_inverse()
-            .map_or(Mat3::zeros(), |inverse| product * inverse);
-        let d = (gradient + gradient.transpose()) * (0.5 / field.cube);
-        (2.0 * d.norm_squared()).sqrt() as f32
-    })
+    let velocity = |row: usize| frame.velocity[field.points.order[row] as usize];
+    field.points.map_points(
+        |near| [0, 1, 2].map(|axis| near.pick(|row| velocity(row)[axis])),
+        |near, around, at, row| {
+            let gradient = near.gradient(at, velocity(row), around);
+            let d = (gradient + gradient.transpose()) * (0.5 / field.cube);
+            (2.0 * d.norm_squared()).sqrt() as f32
+        },
+    )
 }
 
 /// The particles around a brick, ready to be asked.

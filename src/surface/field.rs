@@ -49,10 +49,13 @@ impl Field {
         let cube = settings.cube * frame.spacing;
         let points = PointBricks::new(&frame.position, cube, settings.smoothing * frame.spacing);
         let (volume, neighbours) = points
-            .map_points(|near, at, _| {
-                let [sum, neighbours] = near.crowding(at);
-                (1.0 / sum, neighbours)
-            })
+            .map_points(
+                |_| (),
+                |near, (), at, _| {
+                    let [sum, neighbours] = near.crowding(at);
+                    (1.0 / sum, neighbours)
+                },
+            )
             .into_iter()
             .unzip();
         let keys = points.touched();

@@ -20,12 +20,7 @@ pub(super) struct Pace {
     pub dt: f64,
     /// What it takes [s].
     pub seconds: f64,
-    /// Passes over all pairs that it makes.
-    pub passes: f64,
 }
-
-/// Everything else in a step costs as much as so many iterations.
-const OVERHEAD: f64 = 10.0;
 
 /// Some steps from the state as it is; none if the first fails.
 pub(super) fn measure(run: &mut Simulation, stop: &AtomicBool) -> Option<Pace> {
@@ -49,11 +44,5 @@ pub(super) fn measure(run: &mut Simulation, stop: &AtomicBool) -> Option<Pace> {
         particles: run.fluid.len() as f64,
         dt: warm.iter().map(|(report, _)| report.dt).sum::<f64>() / count,
         seconds: warm.iter().map(|(_, seconds)| seconds).sum::<f64>() / count,
-        passes: OVERHEAD
-            + warm
-                .iter()
-                .map(|(step, _)| step.iterations as f64)
-                .sum::<f64>()
-                / count,
     })
 }

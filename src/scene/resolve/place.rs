@@ -164,7 +164,7 @@ fn inlet(
     c.require(
         domain.contains(&tip) && domain.contains(&position),
         &at("position"),
-        "or the far end of its cannula lies outside the domain",
+        "this point or the far end of its cannula lies outside the domain",
     );
 
     let given = [inlet.ratio.is_some(), inlet.polymer_fraction.is_some()];

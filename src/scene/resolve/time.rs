@@ -33,7 +33,9 @@ pub(super) fn time_step(c: &mut Checker<'_>, recipe: &Recipe) -> TimeStep {
 pub(super) fn frames(c: &mut Checker<'_>, sim: &SimSettings) {
     let frames = sim.duration * sim.frames_per_second;
     if frames > MOST_FRAMES {
-        let message = format!("with this duration gives {frames:.0} frames, at most {MOST_FRAMES}");
+        let message = format!(
+            "with this duration gives {frames:.1e} frames, at most {MOST_FRAMES:.0e} are allowed"
+        );
         c.error("frames_per_second", message);
     } else if frames < 1.0 {
         c.error(

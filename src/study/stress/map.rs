@@ -1,12 +1,11 @@
 //! The map of a stress matrix: a square a run, its colour says how it ended.
 
 use super::trial::{End, Family, Fate, Mode, Trial};
-use crate::ink::Pen;
+use crate::ink::{self, Pen};
 use crate::math::Real;
 use crate::study::StudyError;
 use crate::study::watch::Collapse;
-use image::{ImageFormat, Rgb, RgbImage};
-use std::io::Cursor;
+use image::{Rgb, RgbImage};
 
 const PAPER: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [40; 3];
@@ -87,11 +86,7 @@ pub fn draw(fates: &[(Trial, Fate)]) -> Result<Vec<u8>, StudyError> {
             }
         }
     }
-    let mut bytes = Vec::new();
-    image
-        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
-        .map_err(|error| StudyError::Scene(error.to_string()))?;
-    Ok(bytes)
+    ink::png(&image).map_err(|error| StudyError::Scene(error.to_string()))
 }
 
 fn key(image: &mut RgbImage, pen: &Pen) {
