@@ -188,7 +188,7 @@ impl Simulation {
         let inlets = self.inlets.clone();
         let mut retries = 0;
         loop {
-            let (mut report, ended) = self.attempt(left);
+            let (mut report, ended) = self.attempt(left, retries);
             report.retries = retries;
             let error = match ended {
                 Ok(()) if report.converged || least.is_none() => {
@@ -231,7 +231,7 @@ impl Simulation {
     }
 
     /// The step itself: what it did, and whether it went well.
-    fn attempt(&mut self, left: Real) -> (StepReport, Result<(), SimError>) {
+    fn attempt(&mut self, left: Real, retries: u32) -> (StepReport, Result<(), SimError>) {
         let mut stepper = Stepper {
             settings: &self.settings,
             kernel: &self.kernel,
@@ -254,6 +254,7 @@ impl Simulation {
             dt: 0.0,
             time: self.time,
             step: self.steps,
+            retries,
             books: None,
             report: StepReport::default(),
         };

@@ -12,8 +12,10 @@ use crate::sph::operators::velocity_gradient;
 use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
 use serde::{Deserialize, Serialize};
 
-/// Times the CFL limit that a particle may move in an adaptive step.
-const OVERSHOOT: Real = 1.5;
+/// Times the CFL limit that a particle may move in an adaptive step; more where smaller steps did not help, as where a gap
+/// closes as fast as it likes.
+const OVERSHOOT: [Real; 2] = [1.5, 2.5];
+const PATIENCE: u32 = 2;
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,6 +70,8 @@ pub struct Stepper<'a> {
     pub dt: Real,
     pub time: Real,
     pub step: u64,
+    /// How often it was tried before.
+    pub retries: u32,
     /// The books of its energy, if they are kept.
     pub books: Option<Books>,
     pub report: StepReport,
@@ -236,7 +240,10 @@ impl Stepper<'_> {
     fn reach(&self) -> Real {
         let most = self.kernel.support_radius;
         match self.settings.time_step {
-            TimeStep::Adaptive { cfl, .. } => most.min(OVERSHOOT * cfl * self.settings.spacing),
+            TimeStep::Adaptive { cfl, .. } => {
+                let overshoot = OVERSHOOT[usize::from(self.retries >= PATIENCE)];
+                most.min(overshoot * cfl * self.settings.spacing)
+            }
             TimeStep::Fixed(_) => most,
         }
     }
