@@ -3,12 +3,14 @@
 mod codec;
 pub mod grids;
 pub mod level_set;
+mod motion;
 pub mod ply;
 pub mod usd;
 pub mod vdb;
 pub mod vtp;
 
 pub use codec::Codec;
+pub use motion::mean_velocity;
 pub use ply::Column;
 
 use crate::math::{Real, Vec3};

@@ -1,9 +1,10 @@
 //! Frames → `vdb/`, `ply/`, `vtp/`, and the scene that ties them together.
 
-use super::{FlowError, Job, Observer, each_frame};
+use super::kept::{self, Kept};
+use super::{FlowError, Job, Observer, Stage, each_frame};
 use crate::cache::{self, Frame};
 use crate::export::{
-    self, Column, Format, Grid, Leaves, grids, level_set, ply,
+    self, Column, Format, Grid, Leaves, grids, level_set, mean_velocity, ply,
     usd::{self, Take},
     vdb, vtp,
 };
@@ -11,9 +12,10 @@ use crate::grid::BrickGrid;
 use crate::math::{Real, Vec3};
 use crate::preview::colour;
 use crate::solid::Solid;
-use crate::surface::{Surface, reconstruct};
+use crate::surface::{Surface, reconstruct_moving};
+use std::collections::BTreeMap;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What the vertices carry beside colour, normal and velocity.
 const NUMBERS: [&str; 5] = [
@@ -26,31 +28,90 @@ const NUMBERS: [&str; 5] = [
 
 pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let solid = cache::read_solid(&job.folder.solid())?;
-    let settings = &job.scene.export;
-    each_frame(job, |frame| {
-        let surface = reconstruct(frame, Some(&solid), &job.scene.surface);
-        let mut volumes = grids::from_frame(frame, settings);
-        volumes.push(level_set(job, &surface, &volumes[0], &solid));
-        write(&job.folder.vdb(frame.index), |out| {
-            vdb::write(out, &volumes, settings.into())
-        })?;
-        let rows = Rows::new(&surface);
-        let columns = rows.columns(&surface);
-        if settings.formats.contains(&Format::Ply) {
-            write(&job.folder.ply(frame.index), |out| {
-                ply::write(out, &surface.mesh, &columns)
-            })?;
-        }
-        if settings.formats.contains(&Format::Vtp) {
-            write(&job.folder.vtp(frame.index), |out| particles(out, frame))?;
-        }
-        if settings.formats.contains(&Format::Usd) {
-            let layer = usd::layer(frame.index, &surface.mesh, &columns);
-            cache::write(&job.folder.usd_layer(frame.index), &layer)?;
-        }
-        Ok(())
+    let all = job.folder.frames(None)?;
+    let ids = ids(job, &all)?;
+    let mut kept = Kept::read(job.folder.exported());
+    let mut chosen = job.folder.frames(job.frames)?;
+    if job.frames.is_none() {
+        kept.retain(&job.folder, Stage::Export.owns(), &ids)?;
+        chosen.retain(|&n| !kept.has(n));
+    } else {
+        chosen.iter().try_for_each(|&n| kept.forget(n))?;
+    }
+    each_frame(job, &chosen, |frame| {
+        let n = frame.index;
+        let next = (ids.contains_key(&(n + 1)))
+            .then(|| cache::read_frame(&job.folder.frame(n + 1)))
+            .transpose()?;
+        volumes_and_meshes(job, frame, next.as_ref(), &solid)
     })?;
+    kept.add(&job.folder, &ids, &chosen, |n| files(job, n))?;
     scripts(job)
+}
+
+/// What each frame's files depend on, as a number: itself, the next one, the walls, the settings.
+fn ids(job: &Job, frames: &[u32]) -> Result<BTreeMap<u32, u32>, FlowError> {
+    let sim = &job.scene.sim;
+    let settings = Stage::Export.settings(&job.scene);
+    let version = env!("CARGO_PKG_VERSION");
+    let said = format!("{version} {settings} {:?} {:?}", sim.periodic, sim.domain);
+    let id = |&n: &u32| {
+        let mut read = vec![job.folder.solid(), job.folder.frame(n)];
+        if frames.binary_search(&(n + 1)).is_ok() {
+            read.push(job.folder.frame(n + 1));
+        }
+        Ok((n, kept::id(&said, &read)?))
+    };
+    frames.iter().map(id).collect()
+}
+
+/// Where the files of a frame are, if they are made.
+fn files(job: &Job, n: u32) -> [PathBuf; 4] {
+    let folder = &job.folder;
+    [
+        folder.vdb(n),
+        folder.ply(n),
+        folder.vtp(n),
+        folder.usd_layer(n),
+    ]
+}
+
+fn volumes_and_meshes(
+    job: &Job,
+    frame: &Frame,
+    next: Option<&Frame>,
+    solid: &Solid,
+) -> Result<(), FlowError> {
+    let settings = &job.scene.export;
+    let sim = &job.scene.sim;
+    let size = sim.domain.max - sim.domain.min;
+    let period = [0, 1, 2].map(|axis| sim.periodic[axis].then_some(size[axis]));
+    let velocity = mean_velocity(frame, next, period);
+    let surface = reconstruct_moving(frame, &velocity, Some(solid), &job.scene.surface);
+    let moving = Frame {
+        velocity,
+        ..frame.clone()
+    };
+    let mut volumes = grids::from_frame(&moving, settings);
+    volumes.push(level_set(job, &surface, &volumes[0], solid));
+    write(&job.folder.vdb(frame.index), |out| {
+        vdb::write(out, &volumes, settings.into())
+    })?;
+    let rows = Rows::new(&surface);
+    let columns = rows.columns(&surface);
+    if settings.formats.contains(&Format::Ply) {
+        write(&job.folder.ply(frame.index), |out| {
+            ply::write(out, &surface.mesh, &columns)
+        })?;
+    }
+    if settings.formats.contains(&Format::Vtp) {
+        write(&job.folder.vtp(frame.index), |out| particles(out, frame))?;
+    }
+    if settings.formats.contains(&Format::Usd) {
+        let layer = usd::layer(frame.index, &surface.mesh, &columns);
+        cache::write(&job.folder.usd_layer(frame.index), &layer)?;
+    }
+    Ok(())
 }
 
 fn write(path: &Path, put: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<(), FlowError> {

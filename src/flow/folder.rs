@@ -249,6 +249,11 @@ impl Folder {
         self.root.join(format!("preview/{view}.turntable.png"))
     }
 
+    /// What `export` left of each frame, and of what it depends.
+    pub fn exported(&self) -> PathBuf {
+        self.root.join("stamps/export.frames.json")
+    }
+
     /// What a stage noted when it finished.
     pub fn stamp(&self, stage: Stage) -> PathBuf {
         self.root.join(format!("stamps/{stage}.json"))
@@ -275,6 +280,13 @@ impl Folder {
             }
             _ => Ok(chosen),
         }
+    }
+
+    /// A path in this folder, relative to it, with `/` on every system.
+    pub(super) fn name_of(&self, path: &Path) -> String {
+        let inner = path.strip_prefix(&self.root).unwrap_or(path);
+        let parts = inner.iter().map(|part| part.to_string_lossy());
+        parts.collect::<Vec<_>>().join("/")
     }
 
     /// Files and their lengths under the given names, sorted; paths are relative with `/` on every system.

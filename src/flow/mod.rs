@@ -9,6 +9,7 @@ mod folder;
 mod forecast;
 mod frames;
 mod golden;
+mod kept;
 mod leaks;
 mod made;
 mod movers;
@@ -198,7 +199,9 @@ impl Job {
             // Stamp first: results that are being replaced must not count as finished.
             self.folder.clear(&[&format!("stamps/{stage}.json")])?;
         }
-        if !partial && !goes_on {
+        // What is exported of a frame stays where it is what it would be again.
+        let keeps = stage == Stage::Export && !self.force;
+        if !partial && !goes_on && !keeps {
             self.folder.clear(stage.owns())?;
             if stage == Stage::Simulate {
                 self.folder.clear(&["restart"])?;
@@ -249,14 +252,15 @@ impl Job {
     }
 }
 
-/// Does `work` for each chosen frame, ascending in the result. Two at a time: what one frame cannot spread over
+/// Does `work` for each of the `frames`, in their order. Two at a time: what one frame cannot spread over
 /// threads is hidden by the other, and no more than two are in memory.
 fn each_frame<T: Send>(
     job: &Job,
+    frames: &[u32],
     work: impl Fn(&Frame) -> Result<T, FlowError> + Sync,
 ) -> Result<Vec<T>, FlowError> {
     let mut results = Vec::new();
-    for pair in job.folder.frames(job.frames)?.chunks(2) {
+    for pair in frames.chunks(2) {
         job.heed(None)?;
         let done = pair
             .par_iter()

@@ -30,7 +30,7 @@ pub(super) fn work(job: &Job, _: &mut Observer<'_>) -> Result<(), FlowError> {
     let backdrops: Vec<Backdrop> = (views.iter())
         .map(|view| stand.backdrop(view, &stand.camera(view), picture))
         .collect();
-    each_frame(job, |frame| {
+    each_frame(job, &job.folder.frames(job.frames)?, |frame| {
         let cement = stand.cement(frame);
         for (n, (view, backdrop)) in views.iter().zip(&backdrops).enumerate() {
             let picture = stand.draw(&cement, n, backdrop);

@@ -135,7 +135,7 @@ pub(super) fn fresh(
     Ok(same.then_some(stamp))
 }
 
-fn checksum(path: &Path) -> Result<(u64, u32), FlowError> {
+pub(super) fn checksum(path: &Path) -> Result<(u64, u32), FlowError> {
     let failed = |source| FlowError::Input {
         path: path.to_owned(),
         source,

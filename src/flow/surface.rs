@@ -39,7 +39,7 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         .ok()
         .and_then(|text| serde_json::from_slice(&text).ok())
         .unwrap_or_default();
-    let made = each_frame(job, |frame| {
+    let made = each_frame(job, &job.folder.frames(job.frames)?, |frame| {
         let surface = reconstruct(frame, Some(&solid), &job.scene.surface);
         let path = job.folder.surface(frame.index);
         let mut text = Vec::new();

@@ -25,11 +25,11 @@ pub(super) struct Carried {
 pub(super) struct Table(Vec<[f32; CHANNELS]>);
 
 impl Table {
-    pub fn new(frame: &Frame, field: &Field) -> Self {
+    pub fn new(frame: &Frame, velocity: &[[f32; 3]], field: &Field) -> Self {
         let shear = shear_rates(frame, field);
         let rows = field.points.order.iter().enumerate().map(|(row, &i)| {
             let i = i as usize;
-            let [u, v, w] = frame.velocity[i];
+            let [u, v, w] = velocity[i];
             // Particles are numbered as they enter.
             let entered = frame.id.get(i).map_or(0.0, |&id| Real::from(id) + 0.5);
             [

@@ -55,12 +55,22 @@ impl Surface {
 
 /// The surface of the cement in `frame`, which ends where `solid` begins; the same bits on any number of threads.
 pub fn reconstruct(frame: &Frame, solid: Option<&Solid>, settings: &SurfaceSettings) -> Surface {
+    reconstruct_moving(frame, &frame.velocity, solid, settings)
+}
+
+/// The same, its vertices carrying another `velocity` [m/s] of the particles than they have at the moment.
+pub fn reconstruct_moving(
+    frame: &Frame,
+    velocity: &[[f32; 3]],
+    solid: Option<&Solid>,
+    settings: &SurfaceSettings,
+) -> Surface {
     if frame.position.is_empty() {
         return Surface::default();
     }
     let mut field = Field::new(frame, solid, settings);
     let (mut mesh, cuts) = triangulate(&mut field);
-    let table = Table::new(frame, &field);
+    let table = Table::new(frame, velocity, &field);
     let mut carried: Vec<Carried> = (0..field.keys.len())
         .into_par_iter()
         .flat_map_iter(|brick| {
