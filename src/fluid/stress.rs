@@ -84,7 +84,7 @@ pub fn implicit_weight(cement: &Cement, dt: Real) -> (Real, Real) {
 
 /// r up to which steps longer than `LONG` memories are stable; the stabiliser is more in shorter ones. A drop of 100 Pa·s
 /// that creeps on a floor blows up with steps of 1 to 4 memories without (0.05 spacings a step), and does not with it.
-const MOST_EXCESS: Real = 3.0;
+const MOST_EXCESS: Real = 2.2;
 const LONG: Real = 0.5;
 
 /// Power at which the elastic energy relaxes, G/2 [tr(U + U⁻¹ − 2I)/λ + γ tr (U − I)²] [W/m³]: what (Eq. 12) takes from

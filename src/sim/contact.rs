@@ -3,14 +3,15 @@
 
 use super::mover::{Placed, Scenery};
 use super::stepper::Stepper;
-use crate::math::{Real, Vec3};
+use crate::math::{Mat3, Real, Vec3};
 use crate::solid::Solid;
 use crate::sph::Contact;
 use rayon::prelude::*;
 
 impl Stepper<'_> {
-    /// Particles that a wall may have to hold in this step: those less than a spacing from as deep as they may be, each
-    /// with the wall that is nearest.
+    /// Particles that a thin wall may have to hold in this step: those less than a spacing from the nearest wall, where
+    /// that is thin. (Held at thick ones too, which push well enough, the pressure of a viscoelastic needle came to know
+    /// the step: 2.0 % over a factor 4, 0.1 % without.)
     pub(super) fn contacts(&self) -> Vec<Contact> {
         let dt = self.dt;
         let spacing = self.settings.spacing;
@@ -22,28 +23,26 @@ impl Stepper<'_> {
             .filter(|&i| !self.near.wall.row(i).is_empty())
             .filter_map(|i| {
                 let x = self.fluid.position[i];
-                let room = |solid: &Solid, x: &Vec3| {
-                    let (phi, normal) = solid.distance(x);
-                    let most_depth = MOST_DEPTH * spacing;
-                    let near = phi + most_depth < spacing;
-                    let hard = near && thin(solid, x, phi, &normal, most_depth);
-                    (if hard { phi } else { phi + most_depth }, normal)
-                };
-                let (mut way, mut normal) = room(before.solid, &x);
-                let mut carried = Vec3::zeros();
-                for (Placed { solid, pose }, then) in before.movers.iter().zip(&after.movers) {
-                    let start = pose.start(&x);
-                    let (other, outward) = room(solid, &start);
-                    if other < way {
-                        way = other;
-                        normal = pose.rotation * outward;
+                let (mut solid, mut at) = (before.solid, x);
+                let (mut phi, mut normal) = solid.distance(&x);
+                let (mut turned, mut carried) = (Mat3::identity(), Vec3::zeros());
+                for (placed, then) in before.movers.iter().zip(&after.movers) {
+                    let start = placed.pose.start(&x);
+                    let (other, outward) = placed.solid.distance(&start);
+                    if other < phi {
+                        (solid, at, phi, normal) = (placed.solid, start, other, outward);
+                        turned = placed.pose.rotation;
                         carried = (then.pose.place(&start) - x) / dt;
                     }
                 }
-                (way < spacing).then(|| Contact {
+                if phi >= spacing || !thin(solid, &at, phi, &normal, MOST_DEPTH * spacing) {
+                    return None;
+                }
+                let normal = turned * normal;
+                Some(Contact {
                     particle: i as u32,
                     normal,
-                    least: carried.dot(&normal) - way.max(0.0) / dt,
+                    least: carried.dot(&normal) - phi.max(0.0) / dt,
                 })
             })
             .collect()

@@ -12,8 +12,8 @@ use crate::sph::operators::velocity_gradient;
 use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
 use serde::{Deserialize, Serialize};
 
-/// Times the CFL limit that a particle may move in an adaptive step; more where smaller steps did not help, as where a gap
-/// closes as fast as it likes.
+/// Times the CFL limit that a particle may move in an adaptive step; more where smaller steps did not help or are not what
+/// the solver is good at, as where a gap closes as fast as it likes.
 const OVERSHOOT: [Real; 2] = [1.5, 2.5];
 const PATIENCE: u32 = 2;
 
@@ -241,7 +241,8 @@ impl Stepper<'_> {
         let most = self.kernel.support_radius;
         match self.settings.time_step {
             TimeStep::Adaptive { cfl, .. } => {
-                let overshoot = OVERSHOOT[usize::from(self.retries >= PATIENCE)];
+                let patient = self.retries < PATIENCE && self.stress != StressStep::Explicit;
+                let overshoot = OVERSHOOT[usize::from(!patient)];
                 most.min(overshoot * cfl * self.settings.spacing)
             }
             TimeStep::Fixed(_) => most,
