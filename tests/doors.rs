@@ -1,5 +1,8 @@
 //! Random bytes and damaged files at every door: an error with a reason, or a result that makes sense; never a panic.
 
+mod mutated;
+
+use mutated::{changes, mutated};
 use osteoflow::cache;
 use osteoflow::grid::BrickGrid;
 use osteoflow::math::{Stream, Vec3};
@@ -13,30 +16,6 @@ use std::path::Path;
 
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
     f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
-
-/// Bytes with some changed, some taken out, some put in.
-fn mutated(bytes: &[u8], changes: &[(usize, u8, u8)]) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for &(at, kind, byte) in changes {
-        if bytes.is_empty() {
-            break;
-        }
-        let at = at % bytes.len();
-        match kind % 4 {
-            0 => bytes[at] = byte,
-            1 => {
-                bytes.remove(at);
-            }
-            2 => bytes.insert(at, byte),
-            _ => bytes.truncate(at),
-        }
-    }
-    bytes
-}
-
-fn changes() -> impl Strategy<Value = Vec<(usize, u8, u8)>> {
-    proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..6)
-}
 
 /// A mesh that is let in holds finite points and triangles between them.
 fn mesh_door(bytes: &[u8]) {

@@ -1,37 +1,15 @@
 //! What was kept for later, and is read again: finished runs of studies, tables that go on, the report of a bone, good
 //! pictures. Cut, changed or foreign, it is refused with a reason or made again; never a panic, never a wrong result.
 
+mod mutated;
+
+use mutated::{changes, mutated};
 use osteoflow::cache::{CacheError, Table};
 use osteoflow::flow::{Golden, Job, Stage};
 use osteoflow::report::Runs;
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
-
-/// Bytes with some changed, some taken out, some put in, or cut.
-fn mutated(bytes: &[u8], changes: &[(usize, u8, u8)]) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for &(at, kind, byte) in changes {
-        if bytes.is_empty() {
-            break;
-        }
-        let at = at % bytes.len();
-        match kind % 5 {
-            0 => bytes[at] = byte,
-            1 => {
-                bytes.remove(at);
-            }
-            2 => bytes.insert(at, byte),
-            3 => drop(bytes.splice(at..at, *b"99999999999999999999")),
-            _ => bytes.truncate(at),
-        }
-    }
-    bytes
-}
-
-fn changes() -> impl Strategy<Value = Vec<(usize, u8, u8)>> {
-    proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..6)
-}
 
 const COLUMNS: [&str; 3] = ["frame", "time_s", "volume_m3"];
 

@@ -96,7 +96,6 @@ pub(super) fn text(scene: &Scene, forecast: Option<&Forecast>) -> String {
     lines
 }
 
-/// The bone as built, and what a run is expected to take.
 /// What was asked of each region of a bone and what was made, below a line that says what is what.
 pub(super) fn regions(bone: &BoneReport) -> Vec<String> {
     let built = bone.regions.iter().filter(|region| region.volume > 0.0);
@@ -128,6 +127,7 @@ pub(super) fn regions(bone: &BoneReport) -> Vec<String> {
     [head].into_iter().chain(rows).collect()
 }
 
+/// The bone as built, and what a run is expected to take.
 fn expected(forecast: &Forecast) -> String {
     let mut lines = String::new();
     let mut line = |name: &str, value: String| {

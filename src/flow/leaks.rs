@@ -78,26 +78,11 @@ mod tests {
     use super::*;
     use crate::bone::OpeningShape;
     use crate::math::Aabb;
-    use crate::mesh::TriMesh;
+    use crate::mesh::tests::cuboid;
 
     /// A cube of 20 mm that is open to the right.
     fn cube() -> Leaks {
-        let corner = |n: usize| [n & 1, n >> 1 & 1, n >> 2].map(|c| (c as f64 - 0.5) * 20e-3);
-        let quads = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let mesh = TriMesh {
-            positions: (0..8).map(|n| Vec3::from(corner(n))).collect(),
-            triangles: quads
-                .iter()
-                .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-                .collect(),
-        };
+        let mesh = cuboid(Vec3::repeat(-10e-3), Vec3::repeat(10e-3));
         let around = Aabb {
             min: Vec3::new(8e-3, -2e-3, -2e-3),
             max: Vec3::new(12e-3, 2e-3, 2e-3),
