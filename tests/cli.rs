@@ -17,9 +17,17 @@ fn check_says_what_a_recipe_means() {
         out.contains("left pedicle: 1.300 ml in 6.50 s, 55.0 % polymer"),
         "{out}"
     );
-    assert!(err.starts_with("warning: pipeline/vertebra.toml:"), "{err}");
+    assert_eq!(err, "", "the main job leaves no doubt");
+
+    let narrow = ["check", "--brief", "pipeline/vertebra.toml", "--set"];
+    let narrow = [&narrow[..], &["bone.region[0].strut_period=1 mm"]].concat();
+    let err = text(&osteoflow(&narrow).stderr);
     assert!(
-        osteoflow(&["check", "-q", "--brief", "pipeline/vertebra.toml"])
+        err.starts_with("warning: --set bone.region[0].strut_period") && err.contains("spacings"),
+        "{err}"
+    );
+    assert!(
+        osteoflow(&[&narrow[..], &["-q"]].concat())
             .stderr
             .is_empty()
     );

@@ -116,8 +116,13 @@ impl Stepper<'_> {
     /// Gravity, Newtonian viscosity and pressure in one solve.
     pub fn solve_newtonian(&mut self) {
         let viscosity = self.mixture_viscosity();
-        let force = vec![Vec3::zeros(); self.fluid.len()];
-        self.solve_coupled(&viscosity, Mean::Harmonic, force);
+        let n = self.fluid.len();
+        self.solve_coupled(
+            &viscosity,
+            Mean::Harmonic,
+            vec![0.0; n],
+            vec![Vec3::zeros(); n],
+        );
     }
 
     /// Whether polymer stress may pull at a free surface: it has one, and no piston keeps it under pressure.
@@ -166,25 +171,15 @@ impl Stepper<'_> {
                 let implicit = (modulus * memory * stretch).max(stabiliser);
                 let tau = stress_of(modulus, u) * (1.0 - b) + stress_of(modulus, &predicted) * b
                     - self.gradient[i] * stabiliser;
-                (tau, implicit, implicit - stabiliser)
+                (tau, stabiliser, implicit - stabiliser)
             })
             .collect();
         let tau: Vec<Mat3> = terms.iter().map(|t| t.0).collect();
-        let increment: Vec<Real> = terms.iter().map(|t| t.2).collect();
-        let elastic = stress_force(self.near, &tau);
-        let lagged = viscous_force(
-            self.near,
-            &increment,
-            Mean::Arithmetic,
-            &self.mix.velocity,
-            true,
-        );
-        let force = elastic.iter().zip(&lagged).map(|(e, l)| e - l).collect();
-        let viscosity: Vec<Real> = terms
-            .iter()
-            .map(|t| t.1 + cement.liquid.viscosity)
-            .collect();
-        self.solve_coupled(&viscosity, Mean::Arithmetic, force);
+        let force = stress_force(self.near, &tau);
+        let solvent = cement.liquid.viscosity;
+        let viscosity: Vec<Real> = terms.iter().map(|t| t.1 + solvent).collect();
+        let lag: Vec<Real> = terms.iter().map(|t| t.2).collect();
+        self.solve_coupled(&viscosity, Mean::Arithmetic, lag, force);
         self.refresh_gradient();
         self.advance_conformation();
     }

@@ -44,6 +44,8 @@ pub struct CoupledProblem<'a> {
     pub viscosity: &'a [Real],
     /// How pairs of different viscosity resist.
     pub mean: Mean,
+    /// Viscosity on top that resists only what changes in the step [Pa·s]: its part of b is `force`'s business.
+    pub lag: &'a [Real],
     /// Time step [s].
     pub dt: Real,
     /// b without the walls' part: M/dt v* plus explicit forces [N].
@@ -122,9 +124,9 @@ impl<'a> CoupledSolver<'a> {
         let volume = near.rest_volume;
         let pairs = Rows::build(n, |i, row| {
             for pair in near.pairs(i) {
-                let eta = problem
-                    .mean
-                    .of(problem.viscosity[i], problem.viscosity[pair.j as usize]);
+                let j = pair.j as usize;
+                let eta = problem.mean.of(problem.viscosity[i], problem.viscosity[j])
+                    + Mean::Arithmetic.of(problem.lag[i], problem.lag[j]);
                 row.push(SaddlePair {
                     j: pair.j,
                     gradient: pair.gradient,
@@ -140,7 +142,7 @@ impl<'a> CoupledSolver<'a> {
             .map(|i| {
                 let drags: Real = pairs.row(i).iter().map(|p| Real::from(p.drag)).sum();
                 let (friction, carried) = wall_friction(near, i);
-                let scale = volume * problem.viscosity[i];
+                let scale = volume * (problem.viscosity[i] + problem.lag[i]);
                 (
                     problem.mass[i] / problem.dt + drags + scale * friction,
                     problem.force[i] + carried * scale,
@@ -168,7 +170,7 @@ impl<'a> CoupledSolver<'a> {
         solver.fine = (0..n)
             .map(|i| {
                 let inertial = inertial[i].max(least / p.mass[i]);
-                p.viscosity[i] / volume + 1.0 / (p.dt * inertial)
+                (p.viscosity[i] + p.lag[i]) / volume + 1.0 / (p.dt * inertial)
             })
             .collect();
         solver.mobility = mobility::of_uniform_push(

@@ -313,9 +313,18 @@ name = "front"
     }
 
     #[test]
+    fn walls_of_cannulas_are_thick_enough_to_hold() {
+        let scene = with(&["inlet[0].cannula.outer_diameter=2.5 mm"]).unwrap();
+        let wall = |shape: &Shape| match shape {
+            Shape::Tube { inner, outer, .. } => Some((*inner, *outer)),
+            _ => None,
+        };
+        assert_eq!(scene.shapes.iter().find_map(wall), Some((1e-3, 2e-3)));
+    }
+
+    #[test]
     fn what_is_unlikely_to_be_meant_is_said() {
         let warned = |set: &str| with(&[set]).unwrap().warnings.remove(0).to_string();
-        assert!(warned("inlet[0].cannula.outer_diameter=2.5 mm").contains("0.50 spacings"));
         assert!(warned("bone.region[0].strut_diameter=1 mm").contains("2.0 spacings"));
     }
 

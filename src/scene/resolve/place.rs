@@ -155,11 +155,6 @@ fn inlet(
             &at("cannula.clearance"),
             "must not be below zero",
         );
-        let wall = 0.5 * (outer - diameter) / recipe.spacing.si();
-        if outer > diameter && wall < 2.0 {
-            let message = format!("makes a wall of {wall:.2} spacings, two are safe against leaks");
-            c.warn(&at("cannula.outer_diameter"), message);
-        }
     }
     c.require(
         domain.contains(&tip) && domain.contains(&position),
