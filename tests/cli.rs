@@ -19,11 +19,11 @@ fn check_says_what_a_recipe_means() {
     );
     assert_eq!(err, "", "the main job leaves no doubt");
 
-    let narrow = ["check", "--brief", "pipeline/vertebra.toml", "--set"];
-    let narrow = [&narrow[..], &["bone.region[0].strut_period=1 mm"]].concat();
+    let narrow = ["check", "--brief", "pipeline/injection_15_85.toml", "--set"];
+    let narrow = [&narrow[..], &["bone.crack[0].aperture=1 mm"]].concat();
     let err = text(&osteoflow(&narrow).stderr);
     assert!(
-        err.starts_with("warning: --set bone.region[0].strut_period") && err.contains("spacings"),
+        err.contains("bone.crack[0].aperture: is 2.0 spacings wide"),
         "{err}"
     );
     assert!(

@@ -19,7 +19,7 @@ use super::neighbourhood::Neighbourhood;
 use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
 use super::rows::Rows;
-use super::saddle::SaddlePair;
+use super::saddle::{Coupling, Drag};
 use crate::math::{BLOCK, Real, Vec3, ordered_sum};
 use rayon::prelude::*;
 
@@ -100,9 +100,12 @@ pub struct CoupledOutcome {
 /// The assembled system.
 pub struct CoupledSolver<'a> {
     pub(super) problem: CoupledProblem<'a>,
-    pub(super) pairs: Rows<SaddlePair>,
+    pub(super) drags: Rows<Drag>,
+    pub(super) couplings: Rows<Coupling>,
     /// H_ii [kg/s].
     pub(super) diagonal: Vec<Real>,
+    /// Its inverse [s/kg].
+    pub(super) inverse: Vec<Real>,
     /// b with the walls' part [N].
     force: Vec<Vec3>,
     /// c with the walls' part [m³/s].
@@ -122,17 +125,14 @@ impl<'a> CoupledSolver<'a> {
         let near = problem.near;
         let n = near.len();
         let volume = near.rest_volume;
-        let pairs = Rows::build(n, |i, row| {
+        let drags = Rows::build(n, |i, row| {
             for pair in near.pairs(i) {
                 let j = pair.j as usize;
                 let eta = problem.mean.of(problem.viscosity[i], problem.viscosity[j])
                     + Mean::Arithmetic.of(problem.lag[i], problem.lag[j]);
-                row.push(SaddlePair {
+                row.push(Drag {
                     j: pair.j,
-                    gradient: pair.gradient,
                     drag: (volume * eta * laplacian_weight(near, i, &pair)) as f32,
-                    weight: pair.weight,
-                    smooth: 0.0,
                 });
             }
         });
@@ -140,7 +140,7 @@ impl<'a> CoupledSolver<'a> {
             .into_par_iter()
             .with_min_len(GRAIN)
             .map(|i| {
-                let drags: Real = pairs.row(i).iter().map(|p| Real::from(p.drag)).sum();
+                let drags: Real = drags.row(i).iter().map(|p| Real::from(p.drag)).sum();
                 let (friction, carried) = wall_friction(near, i);
                 let scale = volume * (problem.viscosity[i] + problem.lag[i]);
                 (
@@ -153,8 +153,10 @@ impl<'a> CoupledSolver<'a> {
         let carried = operator.volume_rate_with_walls(&vec![Vec3::zeros(); n]);
         let inertial = operator.diagonal(problem.mass);
         let mut solver = Self {
-            pairs,
+            drags,
+            couplings: Rows::default(),
             diagonal: rows.iter().map(|r| r.0).collect(),
+            inverse: rows.iter().map(|r| 1.0 / r.0).collect(),
             force: rows.iter().map(|r| r.1).collect(),
             source: (0..n).map(|i| problem.excess[i] + carried[i]).collect(),
             fine: Vec::new(),
@@ -173,8 +175,9 @@ impl<'a> CoupledSolver<'a> {
                 (p.viscosity[i] + p.lag[i]) / volume + 1.0 / (p.dt * inertial)
             })
             .collect();
+        solver.couple(&vec![false; n]);
         solver.mobility = mobility::of_uniform_push(
-            &solver.pairs,
+            &solver.drags,
             &solver.diagonal,
             solver.problem.mass,
             solver.problem.dt,
@@ -339,19 +342,28 @@ impl<'a> CoupledSolver<'a> {
 
     /// Takes a new set F: C, the coarse level.
     fn set_active(&mut self, active: &[bool]) {
+        self.couple(active);
         let near = self.problem.near;
-        let fine = &self.fine;
-        self.pairs.for_each_mut(|i, pair| {
-            let j = pair.j as usize;
-            let strength = STABILISATION * Real::from(pair.weight) / (fine[i] * fine[j]).sqrt();
-            pair.smooth = if active[i] && active[j] {
-                strength as f32
-            } else {
-                0.0
-            };
-        });
         self.active = active.to_vec();
         self.coarse = Coarse::new(near, self.problem.position, active, &self.mobility);
+    }
+
+    /// The couplings of velocity and pressure, with C for the set F.
+    fn couple(&mut self, active: &[bool]) {
+        let near = self.problem.near;
+        let fine = &self.fine;
+        self.couplings.rebuild(near.len(), |i, row| {
+            for pair in near.pairs(i) {
+                let j = pair.j as usize;
+                let smooth = if active[i] && active[j] {
+                    STABILISATION * Real::from(pair.weight) / (fine[i] * fine[j]).sqrt()
+                } else {
+                    0.0
+                };
+                let [g_x, g_y, g_z] = pair.gradient;
+                row.push([g_x, g_y, g_z, smooth as f32]);
+            }
+        });
     }
 
     /// s = c + Pᵀv − C k on all particles [m³/s].
@@ -365,11 +377,9 @@ impl<'a> CoupledSolver<'a> {
             .into_par_iter()
             .with_min_len(GRAIN)
             .map(|i| {
-                let smooth: Real = self
-                    .pairs
-                    .row(i)
-                    .iter()
-                    .map(|p| Real::from(p.smooth) * (x[i][3] - x[p.j as usize][3]))
+                let pairs = self.drags.row(i).iter().zip(self.couplings.row(i));
+                let smooth: Real = pairs
+                    .map(|(p, c)| Real::from(c[3]) * (x[i][3] - x[p.j as usize][3]))
                     .sum();
                 self.source[i] + rate[i] - smooth
             })

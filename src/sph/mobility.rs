@@ -2,14 +2,14 @@
 
 use super::coupled::GRAIN;
 use super::rows::Rows;
-use super::saddle::SaddlePair;
+use super::saddle::Drag;
 use crate::math::{Real, ordered_sum};
 use rayon::prelude::*;
 
-/// Velocity per force [m/(s N)]: (M + dt K) u = M 1 by a few steps of Jacobi-CG, times dt/m. `pairs` and `diagonal`
+/// Velocity per force [m/(s N)]: (M + dt K) u = M 1 by a few steps of Jacobi-CG, times dt/m. `drags` and `diagonal`
 /// [kg/s] are those of M/dt + K.
 pub(super) fn of_uniform_push(
-    pairs: &Rows<SaddlePair>,
+    drags: &Rows<Drag>,
     diagonal: &[Real],
     mass: &[Real],
     dt: Real,
@@ -20,7 +20,7 @@ pub(super) fn of_uniform_push(
             .into_par_iter()
             .with_min_len(GRAIN)
             .map(|i| {
-                let pull: Real = pairs
+                let pull: Real = drags
                     .row(i)
                     .iter()
                     .map(|q| Real::from(q.drag) * x[q.j as usize])

@@ -3,7 +3,7 @@
 
 use super::coupled::{CoupledSolver, GRAIN};
 use super::minres::{Packed, Preconditioner};
-use crate::math::Real;
+use crate::math::{Real, Wide, widest};
 use rayon::prelude::*;
 
 /// Interval of D⁻¹H on which the Chebyshev polynomial is small. H is diagonally dominant, so 2 bounds it.
@@ -19,46 +19,69 @@ impl Preconditioner for CoupledSolver<'_> {
         self.contacts.take_out(&mut free);
         self.approximate(&free, z);
         self.contacts.take_out(z);
-        self.contacts.put_back(r, z, |i| 1.0 / self.diagonal[i]);
+        self.contacts.put_back(r, z, |i| self.inverse[i]);
     }
 }
 
 impl CoupledSolver<'_> {
     /// With no particle held.
     fn approximate(&self, r: &[Packed], z: &mut [Packed]) {
-        let centre = 0.5 * (LARGEST + SMALLEST);
-        let half = 0.5 * (LARGEST - SMALLEST);
-        let rho_0 = half / centre;
-        let rho_1 = 1.0 / (2.0 * centre / half - rho_0);
-        // First Chebyshev step: scaled Jacobi, read off r where it is needed.
-        let first: Vec<Real> = self.diagonal.iter().map(|d| 1.0 / (centre * d)).collect();
         let by_cell = self.coarse.solve(|i| r[i][3]);
         z.par_chunks_mut(GRAIN)
             .enumerate()
             .for_each(|(block, rows)| {
-                for (offset, row) in rows.iter_mut().enumerate() {
-                    let i = block * GRAIN + offset;
-                    let d = self.diagonal[i];
-                    let start = first[i];
-                    let mut pull = [0.0; 3];
-                    for pair in self.pairs.row(i) {
-                        let j = pair.j as usize;
-                        let c = Real::from(pair.drag) * first[j];
-                        for axis in 0..3 {
-                            pull[axis] += c * r[j][axis];
-                        }
-                    }
-                    for axis in 0..3 {
-                        let z_0 = start * r[i][axis];
-                        let rest = r[i][axis] - d * z_0 + pull[axis];
-                        row[axis] = z_0 + rho_1 * rho_0 * z_0 + 2.0 * rho_1 / half * rest / d;
-                    }
-                    row[3] = match self.coarse.cell_of(i) {
-                        Some(cell) => self.fine[i] * r[i][3] + by_cell[cell],
-                        None => 0.0,
-                    };
-                }
+                widest(Approximate {
+                    solver: self,
+                    r,
+                    by_cell: &by_cell,
+                    first: block * GRAIN,
+                    rows,
+                });
             });
         self.level(z);
+    }
+}
+
+/// The approximate inverse for a block of particles. `by_cell`: what the coarse level adds to the pressure.
+struct Approximate<'a> {
+    solver: &'a CoupledSolver<'a>,
+    r: &'a [Packed],
+    by_cell: &'a [Real],
+    first: usize,
+    rows: &'a mut [Packed],
+}
+
+impl Wide for Approximate<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        const CENTRE: Real = 0.5 * (LARGEST + SMALLEST);
+        const HALF: Real = 0.5 * (LARGEST - SMALLEST);
+        const RHO: Real = 1.0 / (2.0 * CENTRE / HALF - HALF / CENTRE);
+        let (solver, r) = (self.solver, self.r);
+        let inverse = &solver.inverse;
+        for (offset, row) in self.rows.iter_mut().enumerate() {
+            let i = self.first + offset;
+            // First Chebyshev step: scaled Jacobi, read off r where it is needed.
+            let mut pull = [0.0; 4];
+            for pair in solver.drags.row(i) {
+                let j = pair.j as usize;
+                let c = Real::from(pair.drag) * inverse[j];
+                for (pull, r) in pull.iter_mut().zip(r[j]) {
+                    *pull += c * r;
+                }
+            }
+            for axis in 0..3 {
+                let start = inverse[i] / CENTRE * r[i][axis];
+                let rest = r[i][axis] * (1.0 - 1.0 / CENTRE) + pull[axis] / CENTRE;
+                row[axis] =
+                    (1.0 + RHO * HALF / CENTRE) * start + 2.0 * RHO / HALF * rest * inverse[i];
+            }
+            row[3] = match solver.coarse.cell_of(i) {
+                Some(cell) => solver.fine[i] * r[i][3] + self.by_cell[cell],
+                None => 0.0,
+            };
+        }
     }
 }
