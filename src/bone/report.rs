@@ -19,6 +19,9 @@ pub struct BoneReport {
     pub struts: usize,
     /// Share of the bone (shell and struts) that hangs together in one piece [1].
     pub bone_connected: Real,
+    /// Share of the struts below the shell that hang together with that piece [1].
+    #[serde(default)]
+    pub struts_connected: Real,
     /// Share of the pores inside the shell that hang together in one piece [1].
     pub pores_connected: Real,
     /// Share of the pores that hung together with nothing and were closed [1].
@@ -127,6 +130,11 @@ pub(super) fn measure(
     }
     let pores = Pores::new(bricks, voxel);
     let all_pores = pores.open();
+    let bones = pores.masks(|phi, _| phi <= 0.0);
+    let struts = pores.masks(|phi, place| phi <= 0.0 && place >= place::FIRST_REGION);
+    let one_piece = pores.reached(&bones, None);
+    let loose = |(all, one): (&BrickMask, &BrickMask)| std::array::from_fn(|x| all[x] & !one[x]);
+    let loose: Vec<BrickMask> = bones.iter().zip(&one_piece).map(loose).collect();
     let resolved = pores.grown(&pores.room(ACROSS * spacing), &all_pores, ACROSS * spacing);
     let regions = (0..settings.regions.len())
         .map(|r| {
@@ -197,7 +205,8 @@ pub(super) fn measure(
         bone_volume: bone * cell,
         shell_volume: shell * cell,
         struts: network.struts.len(),
-        bone_connected: pores.share_of(|phi, _| phi <= 0.0),
+        bone_connected: 1.0 - share_in(&loose, &bones),
+        struts_connected: 1.0 - share_in(&loose, &struts),
         pores_connected: pores.neighbours.connected_share(&all_pores),
         pockets_closed: 0.0,
         reach,

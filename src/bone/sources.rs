@@ -101,3 +101,73 @@ impl Sources {
         triangle.map_or(1.0, |t| painted.brightness(t, &point))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bone::build::build_alone;
+    use crate::bone::{Place, Region};
+    use crate::mesh::tests::cuboid;
+
+    /// A block painted from black in front to white at the back, with its left face as a part of its own: each region
+    /// is where it should be and as porous as asked.
+    #[test]
+    fn parts_and_paint_of_the_surface_are_met() {
+        let size = Vec3::new(0.02, 0.014, 0.016);
+        let block = cuboid(Vec3::zeros(), size);
+        let on_the_left = |t: usize| block.corners(t).iter().all(|x| x.x == 0.0);
+        let shade = |x: &Vec3| [if x.y > 0.0 { 1.0_f32 } else { 0.0 }; 3];
+        let painted = Painted {
+            mesh: block.clone(),
+            colour: block.positions.iter().map(shade).collect(),
+            coloured: true,
+            names: vec!["rest".into(), "left".into()],
+            part: (0..12).map(|t| u32::from(on_the_left(t))).collect(),
+        };
+        let region = |name: &str, place, struts| Region {
+            name: name.into(),
+            place,
+            period: 1.6e-3,
+            struts,
+            lost: 0.0,
+        };
+        let paint = Varying::Painted {
+            black: 0.78,
+            white: 0.92,
+        };
+        let settings = BoneSettings {
+            regions: vec![
+                region("left", Place::Part(1), Struts::Porosity(0.72)),
+                region("painted", Place::Everywhere, Struts::Varying(paint)),
+            ],
+            nodes_per_spacing: 4.0,
+            ..Default::default()
+        };
+        let sources = Sources {
+            surface: Some((painted, MeshDistance::new(&block))),
+            volume: None,
+        };
+        let middle = 0.5 * size;
+        let at = |x: Real, y: Real| Vec3::new(x, y, middle.z);
+        assert_eq!(sources.region_at(&settings, &at(0.001, middle.y)), 0);
+        assert_eq!(sources.region_at(&settings, &at(0.019, middle.y)), 1);
+        let asked = |x: &Vec3| sources.asked(&settings.regions[1].struts, x).unwrap();
+        assert!((asked(&at(0.01, 1e-4)) - 0.78).abs() < 1e-9);
+        assert!((asked(&at(0.01, size.y - 1e-4)) - 0.92).abs() < 1e-9);
+        assert!((asked(&at(0.0199, middle.y)) - 0.85).abs() < 1e-9);
+
+        let report = build_alone(&block, &settings, &sources, 0.5e-3, &[])
+            .unwrap()
+            .report;
+        for (region, asked) in report.regions.iter().zip([0.72, 0.85]) {
+            let told = region.asked_porosity.unwrap();
+            assert!((told - asked).abs() < 0.02, "{region:?}");
+            assert!((region.porosity - told).abs() < 0.01, "{region:?}");
+        }
+        assert!(report.regions[1].classes.len() > 1);
+        for [asked, made] in &report.regions[1].classes {
+            assert!((asked - made).abs() < 0.02, "{report:?}");
+        }
+        assert!(report.struts_connected > 0.99 && report.pores_connected > 0.99);
+    }
+}

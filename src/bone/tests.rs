@@ -34,7 +34,7 @@ fn porosity_is_made_as_asked_and_everything_hangs_together() {
             .report;
         let made = report.regions[0].porosity;
         assert!((made - asked).abs() < 0.01, "{asked}: {made}");
-        assert!(report.bone_connected > 0.99, "{report:?}");
+        assert!(report.struts_connected > 0.99, "{report:?}");
         assert!(report.pores_connected > 0.99, "{report:?}");
         let inner = (0.014 - 0.0016) * (0.012 - 0.0016) * (0.016 - 0.0016);
         let shell = 0.014 * 0.012 * 0.016 - inner;
@@ -90,7 +90,7 @@ fn two_regions_differ_as_asked_and_share_one_network() {
     for (region, asked) in report.regions.iter().zip([0.92, 0.84]) {
         assert!((region.porosity - asked).abs() < 0.02, "{region:?}");
     }
-    assert!(report.bone_connected > 0.99, "{report:?}");
+    assert!(report.struts_connected > 0.99, "{report:?}");
     assert!(report.regions[0].throat_diameter >= report.regions[1].throat_diameter);
 }
 
@@ -257,7 +257,7 @@ fn porosity_that_varies_is_made_as_asked_everywhere() {
     for [asked, made] in &region.classes {
         assert!((made - asked).abs() < 0.01, "{region:?}");
     }
-    assert!(built.report.bone_connected > 0.99 && built.report.pores_connected > 0.99);
+    assert!(built.report.struts_connected > 0.99 && built.report.pores_connected > 0.99);
 }
 
 /// Ageing takes struts, horizontal ones first, and the rest still holds together.
@@ -293,7 +293,7 @@ fn an_osteoporotic_network_has_fewer_struts_and_wider_gaps() {
     assert!(after.strut_diameter > 0.6 * before.strut_diameter);
     assert!((after.porosity - 0.94).abs() < 0.01 && (before.porosity - 0.84).abs() < 0.01);
     for bone in [&healthy, &old] {
-        assert!(bone.report.bone_connected > 0.99, "{:?}", bone.report);
+        assert!(bone.report.struts_connected > 0.99, "{:?}", bone.report);
         assert!(bone.report.pores_connected > 0.99, "{:?}", bone.report);
     }
 }

@@ -122,6 +122,12 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
         }
     }
     observer(Event::Bone(path, &built.report));
+    let note = format!(
+        "{:.2} % of the struts and {:.2} % of the pores hang together",
+        built.report.struts_connected * 100.0,
+        built.report.pores_connected * 100.0
+    );
+    observer(Event::Note(path, &note));
     let reached = |ball| built.report.reached(ball) * 100.0;
     let note = format!(
         "from {}, particles reach {:.1} % of the pores; {:.1} % on ways that are resolved, {} spacings wide",

@@ -3,6 +3,7 @@
 mod bits;
 mod columns;
 mod crossing;
+mod crumbs;
 mod decimal;
 mod distance;
 mod edges;
@@ -23,6 +24,7 @@ mod weld;
 mod winding;
 
 pub use columns::{Lattice, inside_columns};
+pub use crumbs::{Crumbs, without_crumbs};
 pub(crate) use decimal::{put_digits, put_number};
 pub use distance::{MeshDistance, Nearby};
 pub(crate) use distance::{closest_on_triangle, square_to_box};

@@ -15,9 +15,13 @@ const BLOCK: i64 = 8;
 const FINE: usize = 4;
 /// Smaller solid parts of a voxel are left out.
 const LEAST: Real = 0.02;
+/// Spacings by which the centroid of a voxel may lie deeper than the walls are to be: a voxel that reaches into their
+/// depth counts, but what is deeper than a support radius is felt by nobody.
+const DEEPER: Real = 0.4;
 
 /// Fills the solid within `depth` [m] of its surface with one particle per voxel of edge `spacing` [m], at the
-/// centroid of the voxel's solid part and of its volume.
+/// centroid of the voxel's solid part and of its volume. None lies deeper than `depth` and 0.4 spacings: with that
+/// much less than the support radius as `depth`, none is out of reach.
 ///
 /// Voxels lie on multiples of `spacing`; those with their middle in `region` count. Order: blocks of 8³ voxels in
 /// (x, y, z), and the same within a block.
@@ -187,6 +191,9 @@ impl Block<'_> {
         // In a corner that reaches around the open, the centroid may lie in the open: the surface is near enough.
         let centroid = centre + moment / share;
         let (phi, normal) = walls.solid.distance(&centroid);
+        if phi < -walls.depth - DEEPER * walls.spacing {
+            return None;
+        }
         Some(Particle {
             voxel,
             position: centroid - normal * phi.max(0.0),
