@@ -178,10 +178,10 @@ impl<'a> Stand<'a> {
         let surface = reconstruct(frame, Some(&self.props.solid), &self.job.scene.surface);
         let tints = self.tints.iter();
         let colours = tints.map(|tint| (tint.colours(&surface), tint.mean(frame)));
-        let millilitres = frame.position.len() as Real * frame.rest_volume * 1e6;
+        let volume = frame.position.len() as Real * frame.rest_volume;
         Cement {
             colours: colours.collect(),
-            label: format!("t = {:.2} s   {millilitres:.2} ml", frame.time),
+            label: format!("t = {:.2} s   {}", frame.time, amount(volume)),
             surface,
             time: frame.time,
         }
@@ -286,6 +286,14 @@ fn cut(view: &View, cap: Colour) -> Option<Cut> {
         normal: plane.normal,
         cap,
     })
+}
+
+/// A volume [m³] as it is written on a picture.
+fn amount(volume: Real) -> String {
+    match volume {
+        small if small < 0.01 => format!("{:.2} ml", small * 1e6),
+        large => format!("{:.1} litres", large * 1e3),
+    }
 }
 
 fn corners(bounds: &Aabb) -> Vec<Vec3> {
