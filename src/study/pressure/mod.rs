@@ -40,7 +40,7 @@ struct Reading {
 }
 
 /// The window in which pressure is read, in spacings that the inflow comes.
-const WINDOW: Real = 2.0;
+const WINDOW: Real = 6.0;
 
 impl Pressed {
     fn run(&self, name: &str) -> Result<Reading, StudyError> {
@@ -197,7 +197,7 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
                     viscosity,
                     relaxation_time,
                     step,
-                    travel: 8.0,
+                    travel: 24.0,
                 };
                 pressures.push(read(bench, pressed)?.pressure);
             }
@@ -211,7 +211,7 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
             viscosity,
             relaxation_time: 0.0,
             step: 1.0,
-            travel: 8.0,
+            travel: 24.0,
         };
         proportion.push(read(bench, pressed)?.pressure / viscosity);
     }
