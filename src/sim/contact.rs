@@ -10,8 +10,7 @@ use rayon::prelude::*;
 
 impl Stepper<'_> {
     /// Particles that a thin wall may have to hold in this step: those less than a spacing from the nearest wall, where
-    /// that is thin. (Thick ones push well enough; held there too, the pressure of a viscoelastic needle differs by 2.0 %
-    /// over a factor 4 in the step, else by 1.7 %.)
+    /// that is thin. (Thick ones push well enough.)
     pub(super) fn contacts(&self) -> Vec<Contact> {
         let dt = self.dt;
         let spacing = self.settings.spacing;
