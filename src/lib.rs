@@ -60,15 +60,16 @@
 //!
 //! The needle of `tests/physics` (8 mm, five spacings across, Newtonian) at steps of 1, 1/10, 1/100 of the CFL limit: 8334,
 //! 8354, 8503 Pa; viscoelastic 5194, 5229 Pa at 1 and 1/10 (before gaps under pressure were closed slowly and ringing was
-//! damped, `sim::solves`; since then 8351, 8362 and 4186, 4189 Pa at 1 and 1/4); at 0.044, 0.44, 4.4, 44 Pa s its pressure over viscosity is
-//! 1918, 1892, 1894, 1921 1/s. 27 to 42 MINRES iterations a step, of two passes over pairs each.
+//! damped, `sim::solves`; since then 8351, 8362 and 4186, 4189 Pa at 1 and 1/4); at 0.044, 0.44, 4.4, 44 Pa s its
+//! pressure over viscosity is 1918, 1892, 1894, 1921 1/s. 27 to 42 MINRES iterations a step, of two passes over pairs each.
 //!
 //! Tried and left: viscosity with 2(d + 2) pairs (15 % too little on a lattice along its axes at support ratio 2.4: the
 //! compact Laplacian is used everywhere); pressure that may pull in closed bodies without shifting (tensile instability in a shear wave);
 //! only a share of the compression undone in a step (0.5, 0.25, 0.1: pressure at the inlet no steadier, compression
 //! higher; undone over a *time* instead, `sim::solves`, the inlet pressure no longer depends on the step: needle of
 //! 8 mm, steps of 1, 1/4, 1/10 of the CFL limit, 8351, 8353, 8351 Pa, where it was 8351, 8947, 9079 Pa with spikes of
-//! 150 kPa); all gaps closed over that time as well (a sheared lattice locks: only those under pressure are); particles held outside the true surface (see `sim::motion`).
+//! 150 kPa); all gaps closed over that time as well (a sheared lattice locks: only those under pressure
+//! are); particles held outside the true surface (see `sim::motion`).
 //!
 //! # Citations
 //!

@@ -83,8 +83,8 @@ pub fn implicit_weight(cement: &Cement, dt: Real) -> (Real, Real) {
 }
 
 /// r up to which steps longer than `LONG` memories are stable; the stabiliser is more in shorter ones. A drop of 100 Pa·s
-/// that creeps on a floor runs away in the fifth step of two memories without, is compressed
-/// by 1.8 % with it, and by 0.02 % with 3.
+/// that creeps on a floor runs away in the fifth step of two memories without, is compressed by 1.8 % with it, and by
+/// 0.02 % with 3.
 const MOST_EXCESS: Real = 2.2;
 const LONG: Real = 0.5;
 

@@ -126,9 +126,8 @@ fn thin(solid: &Solid, x: &Vec3, phi: Real, normal: &Vec3, most_depth: Real) -> 
 }
 
 /// The last point of a path that is still on the near side of a wall, with its distance and normal, as given for the
-/// point that it comes `from`: where the way out
-/// turns over inside the solid is the wall's middle (in the fluid it is the middle of a gap, which may be passed).
-/// A wall thinner than twice the depth allowed holds nothing otherwise.
+/// point that it comes `from`: where the way out turns over inside the solid is the wall's middle (in the fluid it is the
+/// middle of a gap, which may be passed). A wall thinner than twice the depth allowed holds nothing otherwise.
 fn before_the_middle(
     solid: &Solid,
     from: (Vec3, Real, Vec3),

@@ -25,7 +25,7 @@ const BALANCE: Real = 0.01;
 /// 11G cannula by a third of its pressure).
 const PACKING: Real = 0.5;
 /// Most of it, per viscosity of the fluid. With 1 the pressure of a viscoelastic needle is 2 % high at the CFL limit, with
-/// 0.5 it keeps to within 0.9 % over a factor 4 in the step, with 0 it is 1 % low and rings.
+/// 0.5 it keeps to within 1 % over a factor 4 in the step, with 0 it is 1 % low and rings.
 const MOST_LAG: Real = 0.5;
 const MOST_SWEEPS: usize = 600;
 /// Share of a spacing that the flow covers while compression is undone: about a step at the CFL limit.
@@ -123,8 +123,8 @@ impl Stepper<'_> {
             }
         } else {
             for (e, pressure) in excess.iter_mut().zip(&self.fluid.pressure) {
-                let pressed = *e > 0.0 || pressure[0] > 0.0;
-                *e /= if pressed { slow } else { self.dt };
+                let slowly = *e > 0.0 || pressure[0] > 0.0;
+                *e /= if slowly { slow } else { self.dt };
             }
         }
         excess

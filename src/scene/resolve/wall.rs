@@ -208,7 +208,7 @@ fn motion(
 }
 
 /// A cannula's wall is made at least this many spacings thick, outwards: that much is tight. (Of 0.66, at a spacing of
-/// 0.5 mm, three quarters of the cement left an 11G cannula through its wall.)
+/// 0.5 mm, six sevenths of the cement left an 11G cannula through its wall.)
 const CANNULA_WALL: Real = 2.0;
 
 /// The tube reaches at least one support radius behind the plane where cement enters, so that cement which waits
