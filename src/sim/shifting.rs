@@ -10,7 +10,9 @@
 //! planes of its lattice on impact, at any step; at the pace of 1 to 3 such waves, and with the stress of
 //! `stress::above_least`, it stays whole; with either alone it does not.
 
+use super::settings::ElasticWaves;
 use super::stepper::Stepper;
+use crate::fluid::stress::stabiliser_viscosity;
 use crate::math::{Real, Vec3, ordered_sum};
 use rayon::prelude::*;
 
@@ -65,15 +67,24 @@ impl Stepper<'_> {
         shift
     }
 
-    /// Elastic waves that cross a spacing in a second where the polymer pulls, √(σ/ρ)/Δx with σ = G (λ_max − λ_min) − p
-    /// [1/s]; 0 where it does not, and at the surface.
+    /// Rate [1/s] at which particles clump where the polymer pulls with σ = G (λ_max − λ_min) − p: s² + ν s = w², with
+    /// the elastic wave w = √(σ/ρ)/Δx and the friction ν = η/(ρ Δx²) of what resists at once. 0 where nothing pulls, and
+    /// at the surface.
     fn snapping(&self, i: usize) -> Real {
+        let cement = &self.settings.cement;
+        let dx = self.settings.spacing;
         let [least, _, most] = self.fluid.conformation(i).eigenvalues();
-        let modulus = (self.settings.cement).modulus(self.fluid.polymer_fraction[i]);
+        let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
         let tension = modulus * (most - least) - self.fluid.pressure[i][0];
         if tension <= 0.0 || self.near.one_sided(i) {
             return 0.0;
         }
-        (tension / self.mix.density[i]).sqrt() / self.settings.spacing
+        let density = self.mix.density[i];
+        let resolved = self.settings.elastic_waves == ElasticWaves::Resolved;
+        let viscosity = cement.liquid.viscosity
+            + stabiliser_viscosity(cement, modulus, density, most, dx, resolved);
+        let wave = tension / (density * dx * dx);
+        let friction = 0.5 * viscosity / (density * dx * dx);
+        wave / (friction + (friction * friction + wave).sqrt())
     }
 }
