@@ -12,7 +12,6 @@
 use super::mixture::{ALPHA_EPSILON, mixture_velocity, momentum_density};
 use super::{Cement, FluidParticles, PerPhase};
 use crate::math::{Real, Vec3};
-use crate::sph::operators::laplacian_weight;
 use crate::sph::{Neighbourhood, Pair, vector};
 use rayon::prelude::*;
 
@@ -32,13 +31,13 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
         })
         .collect();
     let alpha = &fluid.polymer_fraction;
-    // Fraction of polymer that j gives to i in this step; antisymmetric in i and j.
+    // Fraction of polymer that j gives to i in this step; antisymmetric in i and j. Diffusion is that of the compact
+    // Laplacian (`operators::laplacian_weight`).
     let gain = |i: usize, pair: &Pair| -> Real {
         let j = pair.j as usize;
-        let drift =
-            (flux[i] + flux[j]).dot(&vector(pair.gradient)) * 2.0 / (near.trace[i] + near.trace[j]);
-        let diffusion = cement.diffusion * laplacian_weight(near, i, pair) * (alpha[j] - alpha[i]);
-        dt * (diffusion - drift)
+        let drift = (flux[i] + flux[j]).dot(&vector(pair.gradient));
+        let diffusion = cement.diffusion * 2.0 * Real::from(pair.steepness) * (alpha[j] - alpha[i]);
+        2.0 * dt / (near.trace[i] + near.trace[j]) * (diffusion - drift)
     };
     // How much of what a particle would give away it has: of polymer, and of liquid.
     let rations: Vec<PerPhase<Real>> = (0..n)

@@ -71,19 +71,6 @@ impl Contacts {
         }
     }
 
-    /// Adds what `from` has along the normals, times `scale(i)`: the held directions of an operator or its inverse.
-    pub(super) fn put_back(
-        &self,
-        from: &[Packed],
-        rows: &mut [Packed],
-        scale: impl Fn(usize) -> Real,
-    ) {
-        for contact in self.held() {
-            let along = contact.along(from) * scale(contact.particle as usize);
-            contact.add(rows, along);
-        }
-    }
-
     /// Adds the velocities that walls impose.
     pub(super) fn impose(&self, rows: &mut [Packed]) {
         for contact in self.held() {

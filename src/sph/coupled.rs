@@ -20,7 +20,7 @@ use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
 use super::rows::Rows;
 use super::saddle::{Coupling, Drag};
-use crate::math::{BLOCK, Real, Vec3, ordered_sum};
+use crate::math::{BLOCK, Real, Vec3, ordered_sum, ordered_sums};
 use rayon::prelude::*;
 
 /// Strength of the pressure stabilisation C.
@@ -125,15 +125,18 @@ impl<'a> CoupledSolver<'a> {
         let near = problem.near;
         let n = near.len();
         let volume = near.rest_volume;
-        let drags = Rows::build(n, |i, row| {
+        let (mut drags, mut couplings) = (Rows::default(), Rows::default());
+        drags.rebuild_with(&mut couplings, n, |i, drags: &mut Vec<Drag>, couplings| {
             for pair in near.pairs(i) {
                 let j = pair.j as usize;
                 let eta = problem.mean.of(problem.viscosity[i], problem.viscosity[j])
                     + Mean::Arithmetic.of(problem.lag[i], problem.lag[j]);
-                row.push(Drag {
+                drags.push(Drag {
                     j: pair.j,
                     drag: (volume * eta * laplacian_weight(near, i, &pair)) as f32,
                 });
+                let [g_x, g_y, g_z] = pair.gradient;
+                couplings.push([g_x, g_y, g_z, 0.0]);
             }
         });
         let rows: Vec<(Real, Vec3)> = (0..n)
@@ -154,7 +157,7 @@ impl<'a> CoupledSolver<'a> {
         let inertial = operator.diagonal(problem.mass);
         let mut solver = Self {
             drags,
-            couplings: Rows::default(),
+            couplings,
             diagonal: rows.iter().map(|r| r.0).collect(),
             inverse: rows.iter().map(|r| 1.0 / r.0).collect(),
             force: rows.iter().map(|r| r.1).collect(),
@@ -175,7 +178,6 @@ impl<'a> CoupledSolver<'a> {
                 (p.viscosity[i] + p.lag[i]) / volume + 1.0 / (p.dt * inertial)
             })
             .collect();
-        solver.couple(&vec![false; n]);
         solver.mobility = mobility::of_uniform_push(
             &solver.drags,
             &solver.diagonal,
@@ -261,13 +263,17 @@ impl<'a> CoupledSolver<'a> {
             }
             self.level(&mut b);
             let norms = |r: &[Packed]| {
-                let strain = ordered_sum(n, |i| r[i][3] * r[i][3]) / n as Real;
-                let speed = ordered_sum(n, |i| {
-                    let h = self.diagonal[i];
-                    (r[i][0] * r[i][0] + r[i][1] * r[i][1] + r[i][2] * r[i][2]) / (h * h)
-                }) / n as Real;
-                let balance = ordered_sum(n, |i| r[i][3]).abs();
-                [strain.sqrt() / volume, speed.sqrt(), balance]
+                let [strain, speed, balance] = ordered_sums(n, |i| {
+                    let [x, y, z, s] = r[i];
+                    let inverse = self.inverse[i];
+                    [s * s, (x * x + y * y + z * z) * (inverse * inverse), s]
+                });
+                let mean = 1.0 / n as Real;
+                [
+                    (strain * mean).sqrt() / volume,
+                    (speed * mean).sqrt(),
+                    balance.abs(),
+                ]
             };
             let finest = [goal.strain_rate, velocity_goal, goal.balance];
             let mut target = None;
@@ -342,26 +348,28 @@ impl<'a> CoupledSolver<'a> {
 
     /// Takes a new set F: C, the coarse level.
     fn set_active(&mut self, active: &[bool]) {
-        self.couple(active);
+        self.smooth(active);
         let near = self.problem.near;
         self.active = active.to_vec();
         self.coarse = Coarse::new(near, self.problem.position, active, &self.mobility);
     }
 
-    /// The couplings of velocity and pressure, with C for the set F.
-    fn couple(&mut self, active: &[bool]) {
+    /// C for the set F, into the couplings of velocity and pressure.
+    fn smooth(&mut self, active: &[bool]) {
         let near = self.problem.near;
-        let fine = &self.fine;
-        self.couplings.rebuild(near.len(), |i, row| {
-            for pair in near.pairs(i) {
-                let j = pair.j as usize;
-                let smooth = if active[i] && active[j] {
-                    STABILISATION * Real::from(pair.weight) / (fine[i] * fine[j]).sqrt()
+        let stiffness: Vec<Real> = (0..active.len())
+            .map(|i| {
+                if active[i] {
+                    (STABILISATION / self.fine[i]).sqrt()
                 } else {
                     0.0
-                };
-                let [g_x, g_y, g_z] = pair.gradient;
-                row.push([g_x, g_y, g_z, smooth as f32]);
+                }
+            })
+            .collect();
+        self.couplings.for_each_row_mut(|i, row| {
+            for (coupling, pair) in row.iter_mut().zip(near.pairs(i)) {
+                let smooth = stiffness[i] * stiffness[pair.j as usize];
+                coupling[3] = (Real::from(pair.weight) * smooth) as f32;
             }
         });
     }

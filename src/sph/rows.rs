@@ -40,14 +40,7 @@ impl<T> Default for Rows<T> {
 }
 
 impl<T: Copy + Send + Sync> Rows<T> {
-    /// Fills `count` rows side by side; `fill` appends the entries of a row.
-    pub fn build(count: usize, fill: impl Fn(usize, &mut Vec<T>) + Sync) -> Self {
-        let mut rows = Self::default();
-        rows.rebuild(count, fill);
-        rows
-    }
-
-    /// The same in the memory of the rows that were here.
+    /// Fills `count` rows side by side, in the memory of the rows that were here; `fill` appends the entries of a row.
     pub fn rebuild(&mut self, count: usize, fill: impl Fn(usize, &mut Vec<T>) + Sync) {
         self.resize(count);
         self.blocks
@@ -138,18 +131,26 @@ impl<T: Copy + Send + Sync> Rows<T> {
         });
     }
 
-    /// Rewrites every entry in place, given its row.
-    pub fn for_each_mut(&mut self, change: impl Fn(usize, &mut T) + Sync) {
+    /// Rewrites every row in place.
+    pub fn for_each_row_mut(&mut self, change: impl Fn(usize, &mut [T]) + Sync) {
         self.blocks
             .par_iter_mut()
             .enumerate()
             .for_each(|(number, block)| {
                 for (r, ends) in block.first.windows(2).enumerate() {
-                    for entry in &mut block.data[ends[0] as usize..ends[1] as usize] {
-                        change(number * BLOCK + r, entry);
-                    }
+                    let row = &mut block.data[ends[0] as usize..ends[1] as usize];
+                    change(number * BLOCK + r, row);
                 }
             });
+    }
+
+    /// Rewrites every entry in place, given its row.
+    pub fn for_each_mut(&mut self, change: impl Fn(usize, &mut T) + Sync) {
+        self.for_each_row_mut(|i, row| {
+            for entry in row {
+                change(i, entry);
+            }
+        });
     }
 }
 
