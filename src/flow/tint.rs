@@ -2,8 +2,8 @@
 
 use super::{FlowError, Job};
 use crate::cache::{self, Frame};
-use crate::math::Real;
-use crate::preview::{Colour, Legend, colour};
+use crate::math::{Real, Vec3};
+use crate::preview::{Chart, Colour, Legend, colour};
 use crate::scene::Shows;
 use crate::surface::Surface;
 
@@ -92,11 +92,14 @@ impl Tint {
         values.iter().map(|&v| self.colour(v)).collect()
     }
 
-    /// The colour of the mean over the particles, for faces cut through the cement.
-    pub fn mean(&self, frame: &Frame) -> Colour {
+    /// Colours of the face that a plane, by a point and its normal, cuts through the cement: means over the particles
+    /// within `reach` [m].
+    pub fn chart(&self, frame: &Frame, plane: [&Vec3; 2], reach: Real) -> Chart {
         let values = of_particles(self.shows, frame);
         let sum: Real = values.iter().map(|&v| Real::from(v)).sum();
-        self.colour((sum / values.len().max(1) as Real) as f32)
+        let mean = self.colour((sum / values.len().max(1) as Real) as f32);
+        let colour = |value| self.colour(value);
+        Chart::new(plane, &frame.position, &values, reach, colour, mean)
     }
 
     fn colour(&self, value: f32) -> Colour {

@@ -19,16 +19,12 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         if bounds.is_empty() {
             continue;
         }
-        // A box is filled evenly from face to face; half a spacing in from each.
-        let count = bounds
-            .extent()
-            .map(|e| (e / settings.spacing).round().max(1.0));
-        let step = bounds.extent().component_div(&count);
+        let (first, count, step) = cells(&body.shape, &bounds, settings.spacing);
         for x in 0..count.x as usize {
             for y in 0..count.y as usize {
                 for z in 0..count.z as usize {
                     let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
-                    let mut position = bounds.min + cell.component_mul(&step);
+                    let mut position = first + cell.component_mul(&step);
                     if !holds(&body.shape, &position) {
                         continue;
                     }
@@ -56,6 +52,24 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         }
     }
     (fluid, carved)
+}
+
+/// Cells, one a particle, that hold a body: their lowest corner, their number and their edges along each axis.
+fn cells(shape: &BodyShape, bounds: &Aabb, spacing: Real) -> (Vec3, Vec3, Vec3) {
+    let extent = bounds.extent();
+    let mut count = extent.map(|e| (e / spacing).round().max(1.0));
+    if matches!(shape, BodyShape::Box(_)) {
+        // A box is filled evenly from face to face. Its longest side makes up for what the others were rounded by, or a
+        // narrow column would start a tenth denser or thinner than it is at rest.
+        let longest = extent.imax();
+        count[longest] = 1.0;
+        let layers = extent.product() / (count.product() * spacing.powi(3));
+        count[longest] = layers.round().max(1.0);
+        (bounds.min, count, extent.component_div(&count))
+    } else {
+        let low = bounds.min + (extent - count * spacing) * 0.5;
+        (low, count, Vec3::repeat(spacing))
+    }
 }
 
 fn bounds(shape: &BodyShape) -> Aabb {

@@ -23,6 +23,8 @@ use rayon::prelude::*;
 
 /// How far a vertex is moved at most for the sake of volume, twice [spacings].
 const FARTHEST: Real = 0.125;
+/// How deep in a wall a surface may end [spacings].
+const DEEPEST: Real = 0.5;
 
 /// A closed, oriented, manifold surface; everything else is per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -105,7 +107,8 @@ pub fn reconstruct_moving(
     if settings.keep_volume {
         let volume = field.points.order.len() as Real * frame.rest_volume - left_out.volume;
         let whole = Pieces::whole(&mesh);
-        smooth::restore(&mut mesh, &free, &whole, &[volume], farthest);
+        let weight = with_contact(&free, settings.wall_overlap);
+        smooth::restore(&mut mesh, &weight, &whole, &[volume], farthest);
     }
     let normal = if solid.is_some() || settings.rounds > 0 || settings.keep_volume {
         mesh.vertex_normals()
@@ -164,6 +167,16 @@ fn free_of(mesh: &TriMesh, solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
         |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
     let positions = mesh.positions.par_iter();
     positions.map(|x| free(x) as f32).collect()
+}
+
+/// How far each vertex may go for the sake of volume [1]: where it touches a wall, no farther than the wall itself and half
+/// a spacing into it. In a narrow vessel there is little else that could give way.
+fn with_contact(free: &[f32], overlap: Real) -> Vec<f32> {
+    let contact = overlap.min(DEEPEST - overlap).max(0.0) / (2.0 * FARTHEST);
+    let contact = contact.min(1.0) as f32;
+    free.iter()
+        .map(|free| contact + (1.0 - contact) * free)
+        .collect()
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ fn a_cut_through_the_eye_leaves_exactly_half_of_the_outline() {
     let cut = Cut {
         point: Vec3::zeros(),
         normal: Vec3::x(),
-        cap: Colour::repeat(0.2),
+        cap: Cap::Uniform(Colour::repeat(0.2)),
     };
     let show = |cut| Scene {
         meshes: vec![MeshLayer { cut, ..whole }],
@@ -52,7 +52,7 @@ fn a_cut_towards_the_eye_shows_a_flat_face_as_large_as_the_section() {
             cut: Some(Cut {
                 point: Vec3::new(0.3, depth_of_cut, 0.1),
                 normal: -Vec3::y(),
-                cap: Colour::repeat(0.2),
+                cap: Cap::Uniform(Colour::repeat(0.2)),
             }),
             ..opaque(&positions, &triangles, ball.colour)
         }],
