@@ -19,12 +19,14 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         if bounds.is_empty() {
             continue;
         }
-        let (first, count, step) = cells(&body.shape, &bounds, settings.spacing);
+        // Half a spacing in from each face.
+        let count = cells(&bounds.extent(), settings.spacing);
+        let step = bounds.extent().component_div(&count);
         for x in 0..count.x as usize {
             for y in 0..count.y as usize {
                 for z in 0..count.z as usize {
                     let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
-                    let mut position = first + cell.component_mul(&step);
+                    let mut position = bounds.min + cell.component_mul(&step);
                     if !holds(&body.shape, &position) {
                         continue;
                     }
@@ -54,22 +56,17 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
     (fluid, carved)
 }
 
-/// Cells, one a particle, that hold a body: their lowest corner, their number and their edges along each axis.
-fn cells(shape: &BodyShape, bounds: &Aabb, spacing: Real) -> (Vec3, Vec3, Vec3) {
-    let extent = bounds.extent();
+/// How many cells, one a particle, fill a body from face to face along each axis.
+///
+/// The longest side makes up for what the others were rounded by, so that a cell is as large as a particle: a narrow
+/// column would start a tenth denser or thinner than it is at rest.
+fn cells(extent: &Vec3, spacing: Real) -> Vec3 {
     let mut count = extent.map(|e| (e / spacing).round().max(1.0));
-    if matches!(shape, BodyShape::Box(_)) {
-        // A box is filled evenly from face to face. Its longest side makes up for what the others were rounded by, or a
-        // narrow column would start a tenth denser or thinner than it is at rest.
-        let longest = extent.imax();
-        count[longest] = 1.0;
-        let layers = extent.product() / (count.product() * spacing.powi(3));
-        count[longest] = layers.round().max(1.0);
-        (bounds.min, count, extent.component_div(&count))
-    } else {
-        let low = bounds.min + (extent - count * spacing) * 0.5;
-        (low, count, Vec3::repeat(spacing))
-    }
+    let longest = extent.imax();
+    count[longest] = 1.0;
+    let layers = extent.product() / (count.product() * spacing.powi(3));
+    count[longest] = layers.round().max(1.0);
+    count
 }
 
 fn bounds(shape: &BodyShape) -> Aabb {
