@@ -111,3 +111,32 @@ fn holds(shape: &BodyShape, x: &Vec3) -> bool {
         BodyShape::Mesh(Inside(read)) => read.as_ref().is_some_and(|read| read.1.phi(x) < 0.0),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_of_any_size_holds_as_many_cells_as_particles_have_room_in_it() {
+        let mut random = Stream::new(4, "cells");
+        for _ in 0..1000 {
+            let extent = random.cube().map(|c| 6.5 + 3.5 * c) * 0.5;
+            let count = cells(&extent, 0.5);
+            let volume = extent.product() / 0.125;
+            // Half a layer across the longest side is the most that is too many or missing.
+            let layer = count.product() / count[extent.imax()];
+            assert!(
+                (count.product() - volume).abs() <= 0.5 * layer + 1e-9,
+                "{extent}: {count}"
+            );
+        }
+        // Whole numbers stay as they are.
+        assert_eq!(
+            cells(&Vec3::new(2.0, 2.0, 4.0), 0.5),
+            Vec3::new(4.0, 4.0, 8.0)
+        );
+        // A resting column a third coarser than it was made for: 592.6 particles have room.
+        let coarse = cells(&Vec3::new(40.0, 40.0, 80.0), 6.0);
+        assert_eq!(coarse, Vec3::new(7.0, 7.0, 12.0));
+    }
+}
