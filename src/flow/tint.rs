@@ -73,7 +73,26 @@ impl Tint {
             title: title.to_owned(),
             low: 0.0,
             high: self.high * scale,
-            map: colour::scale,
+            map: self.map(),
+            position: self.position(),
+        }
+    }
+
+    /// Where a share of the highest value lies on the scale. Pressures and speeds fall off within a few millimetres of a
+    /// needle: by their roots, those farther on are told apart as well.
+    fn position(&self) -> fn(Real) -> Real {
+        match self.shows {
+            Shows::Polymer | Shows::Age => |share| share,
+            Shows::Pressure | Shows::Speed => |share| share.max(0.0).sqrt(),
+        }
+    }
+
+    /// The colour of a position. Most of the cement is under no pressure, and hardly moves: there the darkest colours,
+    /// on which no shape is to be seen, are left out.
+    fn map(&self) -> fn(Real) -> Colour {
+        match self.shows {
+            Shows::Polymer | Shows::Age => colour::scale,
+            Shows::Pressure | Shows::Speed => |position| colour::scale(0.3 + 0.7 * position),
         }
     }
 
@@ -103,7 +122,7 @@ impl Tint {
     }
 
     fn colour(&self, value: f32) -> Colour {
-        colour::scale(Real::from(value) / self.high)
+        self.map()(self.position()(Real::from(value) / self.high))
     }
 }
 
@@ -192,8 +211,15 @@ mod tests {
             ..Surface::default()
         };
         let tint = |shows| Tint { shows, high: 0.1 };
-        let half = tint(Shows::Speed).colours(&surface)[0] - colour::scale(0.5);
+        let colour = |shows| tint(shows).colours(&surface);
+        let half = colour(Shows::Speed)[0] - colour::scale(0.3 + 0.7 * 0.5_f64.sqrt());
         assert!(half.amax() < 1e-6);
+        // What is seen beside the legend is what it says.
+        let legend = tint(Shows::Speed).legend();
+        assert_eq!(
+            colour(Shows::Speed)[1],
+            (legend.map)((legend.position)(0.0))
+        );
         assert_eq!(
             tint(Shows::Pressure).colours(&surface)[1],
             colour::scale(1.0)

@@ -38,6 +38,7 @@ fn crowded<'a>(
                 low: 0.0,
                 high: 1.0,
                 map: colour::scale,
+                position: |share| share,
             }),
             scale_bar: true,
         },
