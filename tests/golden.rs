@@ -116,11 +116,8 @@ fn recipes_look_as_they_did() {
         for n in ["0", "1"] {
             let closed = report[n]["closed"].as_bool();
             let error = report[n]["volume_error"].as_f64().expect("a number");
-            // In a vessel a few spacings wide, touched all around, only the free face may move to keep volume.
-            let narrow = ["resting_column", "syringe"].contains(&name);
-            let limit = if narrow { 0.08 } else { 0.02 };
             assert!(
-                closed == Some(true) && error.abs() < limit,
+                closed == Some(true) && error.abs() < 0.02,
                 "{name} {n}: {error}"
             );
         }

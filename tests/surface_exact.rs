@@ -226,21 +226,55 @@ fn surfaces_converge_to_the_exact_body_in_the_spacing() {
         };
         let sizes = [6.0, 12.0, 24.0];
         let layers = sizes.map(|size| measure(size, &body.of_layers(size)));
-        let shift = if body.whole.is_some() {
-            Vec3::new(0.13, 0.27, 0.41)
-        } else {
-            Vec3::repeat(0.5)
-        };
-        let lattice = sizes.map(|size| measure(size, &body.of_lattice(size, shift)));
         let observed = order(layers[0].0 / sizes[0], layers[2].0 / sizes[2]) / 2.0;
         // Measured: sphere 1.39, torus 1.93, slab 1.83.
         assert!(observed > 1.3, "{}: {observed}", body.name);
-        for (distance, [volume, area]) in [layers[2], lattice[2]] {
-            // Half a spacing is what steps of a lattice are.
-            assert!(distance < 0.5, "{}: {distance}", body.name);
-            assert!(volume.abs() < 0.003, "{}: volume {volume}", body.name);
-            assert!(area.abs() < 0.005, "{}: area {area}", body.name);
-        }
+        let (_, [volume, area]) = layers[2];
+        assert!(volume.abs() < 0.003, "{}: volume {volume}", body.name);
+        assert!(area.abs() < 0.005, "{}: area {area}", body.name);
         assert!(layers[2].0 < 0.07, "{}: {layers:?}", body.name);
+    }
+}
+
+/// Whether a layer of a lattice lies just inside of a body or just outside, nobody can tell from the particles: somewhere
+/// on the surface half a spacing is lost at every size. What the sizes share in is the mean over surface and places.
+#[test]
+fn bodies_cut_from_a_lattice_converge_in_the_mean_and_err_by_half_a_spacing_at_most() {
+    for body in &BODIES {
+        let mut random = Stream::new(3, body.name);
+        let shifts: Vec<Vec3> = (0..8).map(|_| random.cube() * 0.5).collect();
+        let errors = [6.0, 12.0, 24.0].map(|size| {
+            let (mut square, mut count, mut farthest) = (0.0, 0.0, 0.0_f64);
+            for shift in &shifts {
+                let frame = body.of_lattice(size, *shift);
+                let mesh = reconstruct(&frame, None, &SurfaceSettings::default()).mesh;
+                for p in samples(&mesh).iter().filter(|p| (body.within)(p, size)) {
+                    let distance = (body.distance)(p, size);
+                    square += distance * distance;
+                    count += 1.0;
+                    farthest = farthest.max(distance.abs());
+                }
+                let volume = mesh.signed_volume() / frame.position.len() as f64 - 1.0;
+                assert!(
+                    volume.abs() < 0.001,
+                    "{} {size}: volume {volume}",
+                    body.name
+                );
+            }
+            [(square / count).sqrt() / size, farthest]
+        });
+        let orders = [0, 1].map(|k| order(errors[k][0], errors[k + 1][0]));
+        // Measured: sphere 1.12, 1.03; torus 1.21, 1.10; slab 1.27, 1.08; farthest 0.50 spacings.
+        assert!(
+            orders.iter().all(|order| *order > 1.0),
+            "{}: {orders:?}",
+            body.name
+        );
+        let farthest = errors.map(|[_, farthest]| farthest);
+        assert!(
+            farthest.iter().all(|distance| *distance < 0.53),
+            "{}: {farthest:?}",
+            body.name
+        );
     }
 }

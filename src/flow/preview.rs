@@ -6,7 +6,8 @@ use crate::ink;
 use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{LengthUnit, TriMesh, UpAxis, read_obj};
 use crate::preview::{
-    Backdrop, Camera, Colour, Colours, Cut, Lettering, Material, MeshLayer, PictureSettings, colour,
+    Backdrop, Camera, Cap, Chart, Colour, Colours, Cut, Lettering, Material, MeshLayer,
+    PictureSettings, colour,
 };
 use crate::scene::{BoneLook, View};
 use crate::sim::{Motion, Pose};
@@ -146,7 +147,12 @@ impl Shown {
         part
     }
 
-    fn layer(&self, colour: [u8; 3], material: Material, cut: Option<Cut>) -> MeshLayer<'_> {
+    fn layer<'a>(
+        &'a self,
+        colour: [u8; 3],
+        material: Material,
+        cut: Option<Cut<'a>>,
+    ) -> MeshLayer<'a> {
         MeshLayer {
             positions: &self.mesh.positions,
             triangles: &self.mesh.triangles,
@@ -161,8 +167,8 @@ impl Shown {
 /// The cement of a frame, ready to be drawn.
 pub(super) struct Cement {
     surface: Surface,
-    /// What each view shows of it: the colours of its vertices, and where it is cut.
-    colours: Vec<(Vec<Colour>, Colour)>,
+    /// What each view shows of it: the colours of its vertices, and those of its cut face.
+    colours: Vec<(Vec<Colour>, Option<Chart>)>,
     label: String,
     time: Real,
 }
@@ -177,7 +183,13 @@ impl<'a> Stand<'a> {
     pub fn cement(&self, frame: &Frame) -> Cement {
         let surface = reconstruct(frame, Some(&self.props.solid), &self.job.scene.surface);
         let tints = self.tints.iter();
-        let colours = tints.map(|tint| (tint.colours(&surface), tint.mean(frame)));
+        let views = &self.job.scene.preview.views;
+        let colours = tints.zip(views).map(|(tint, view)| {
+            let reach = self.job.scene.surface.smoothing * frame.spacing;
+            let plane = cement_plane(view, frame.spacing);
+            let face = plane.map(|[point, normal]| tint.chart(frame, [&point, &normal], reach));
+            (tint.colours(&surface), face)
+        });
         let volume = frame.position.len() as Real * frame.rest_volume;
         Cement {
             colours: colours.collect(),
@@ -218,7 +230,11 @@ impl<'a> Stand<'a> {
     ) -> Backdrop<'a> {
         let props = self.props;
         let bone_cap = colour::from_srgb(colour::CUT_BONE);
-        let cut = cut(view, bone_cap);
+        let cut = view.cut.map(|plane| Cut {
+            point: plane.point,
+            normal: plane.normal,
+            cap: Cap::Uniform(bone_cap),
+        });
         // The part that is taken away stays as glass, and so does what has no inside to show.
         let removed = cut.map(|cut| Cut {
             normal: -cut.normal,
@@ -247,11 +263,13 @@ impl<'a> Stand<'a> {
     /// The picture of a frame in the n-th view.
     pub fn draw(&self, cement: &Cement, n: usize, backdrop: &Backdrop<'_>) -> RgbImage {
         let (job, view) = (self.job, &self.job.scene.preview.views[n]);
-        let (colours, inner) = &cement.colours[n];
-        // A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
-        let cement_cut = cut(view, *inner).map(|cut| Cut {
-            point: cut.point - cut.normal * (STEP_BACK * job.scene.sim.spacing),
-            ..cut
+        let (colours, face) = &cement.colours[n];
+        let plane = cement_plane(view, job.scene.sim.spacing);
+        let cut = plane.zip(face.as_ref());
+        let cut = cut.map(|([point, normal], face)| Cut {
+            point,
+            normal,
+            cap: Cap::Chart(face),
         });
         let mut moving = vec![MeshLayer {
             positions: &cement.surface.mesh.positions,
@@ -259,7 +277,7 @@ impl<'a> Stand<'a> {
             normals: Some(&cement.surface.normal),
             colours: Colours::Vertex(colours),
             material: Material::CEMENT,
-            cut: cement_cut.filter(|_| view.cut_cement),
+            cut,
         }];
         let movers: Vec<Shown> = self
             .props
@@ -280,12 +298,13 @@ impl<'a> Stand<'a> {
     }
 }
 
-fn cut(view: &View, cap: Colour) -> Option<Cut> {
-    view.cut.map(|plane| Cut {
-        point: plane.point,
-        normal: plane.normal,
-        cap,
-    })
+/// Where a view cuts the cement: a point of the plane, and its normal.
+///
+/// A surface drawn through particles closes over thin struts: behind their cut faces it leaves them to be seen.
+fn cement_plane(view: &View, spacing: Real) -> Option<[Vec3; 2]> {
+    let plane = view.cut.filter(|_| view.cut_cement)?;
+    let back = plane.normal * (STEP_BACK * spacing);
+    Some([plane.point - back, plane.normal])
 }
 
 /// A volume [m³] as it is written on a picture.

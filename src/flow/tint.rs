@@ -2,8 +2,8 @@
 
 use super::{FlowError, Job};
 use crate::cache::{self, Frame};
-use crate::math::Real;
-use crate::preview::{Colour, Legend, colour};
+use crate::math::{Real, Vec3};
+use crate::preview::{Chart, Colour, Legend, colour};
 use crate::scene::Shows;
 use crate::surface::Surface;
 
@@ -73,7 +73,26 @@ impl Tint {
             title: title.to_owned(),
             low: 0.0,
             high: self.high * scale,
-            map: colour::scale,
+            map: self.map(),
+            position: self.position(),
+        }
+    }
+
+    /// Where a share of the highest value lies on the scale. Pressures and speeds fall off within a few millimetres of a
+    /// needle: by their roots, those farther on are told apart as well.
+    fn position(&self) -> fn(Real) -> Real {
+        match self.shows {
+            Shows::Polymer | Shows::Age => |share| share,
+            Shows::Pressure | Shows::Speed => |share| share.max(0.0).sqrt(),
+        }
+    }
+
+    /// The colour of a position. Most of the cement is under no pressure, and hardly moves: there the darkest colours,
+    /// on which no shape is to be seen, are left out.
+    fn map(&self) -> fn(Real) -> Colour {
+        match self.shows {
+            Shows::Polymer | Shows::Age => colour::scale,
+            Shows::Pressure | Shows::Speed => |position| colour::scale(0.3 + 0.7 * position),
         }
     }
 
@@ -92,15 +111,18 @@ impl Tint {
         values.iter().map(|&v| self.colour(v)).collect()
     }
 
-    /// The colour of the mean over the particles, for faces cut through the cement.
-    pub fn mean(&self, frame: &Frame) -> Colour {
+    /// Colours of the face that a plane, by a point and its normal, cuts through the cement: means over the particles
+    /// within `reach` [m].
+    pub fn chart(&self, frame: &Frame, plane: [&Vec3; 2], reach: Real) -> Chart {
         let values = of_particles(self.shows, frame);
         let sum: Real = values.iter().map(|&v| Real::from(v)).sum();
-        self.colour((sum / values.len().max(1) as Real) as f32)
+        let mean = self.colour((sum / values.len().max(1) as Real) as f32);
+        let colour = |value| self.colour(value);
+        Chart::new(plane, &frame.position, &values, reach, colour, mean)
     }
 
     fn colour(&self, value: f32) -> Colour {
-        colour::scale(Real::from(value) / self.high)
+        self.map()(self.position()(Real::from(value) / self.high))
     }
 }
 
@@ -189,8 +211,15 @@ mod tests {
             ..Surface::default()
         };
         let tint = |shows| Tint { shows, high: 0.1 };
-        let half = tint(Shows::Speed).colours(&surface)[0] - colour::scale(0.5);
+        let colour = |shows| tint(shows).colours(&surface);
+        let half = colour(Shows::Speed)[0] - colour::scale(0.3 + 0.7 * 0.5_f64.sqrt());
         assert!(half.amax() < 1e-6);
+        // What is seen beside the legend is what it says.
+        let legend = tint(Shows::Speed).legend();
+        assert_eq!(
+            colour(Shows::Speed)[1],
+            (legend.map)((legend.position)(0.0))
+        );
         assert_eq!(
             tint(Shows::Pressure).colours(&surface)[1],
             colour::scale(1.0)

@@ -148,6 +148,11 @@ impl View {
         self.axes * (point - self.eye)
     }
 
+    /// View to world space.
+    pub fn world(&self, point: &Vec3) -> Vec3 {
+        self.axes.tr_mul(point) + self.eye
+    }
+
     /// The ray (X, Y, 1) through a point of the picture, y down.
     pub fn ray(&self, x: Real, y: Real) -> Vec3 {
         Vec3::new(
@@ -212,6 +217,7 @@ mod tests {
         assert!(Camera::framing(&bounds, quarter, 0.0, 0.5).position.x > 2.0);
         let view = Camera::framing(&bounds, 0.3, 0.2, 0.5).view(320, 200);
         let point = view.place(&Vec3::new(0.1, 0.9, 0.4));
+        assert!((view.world(&point) - Vec3::new(0.1, 0.9, 0.4)).norm() < 1e-12);
         let [x, y] = view.project(&point);
         assert!((view.ray(x, y) * point.z - point).norm() < 1e-12);
     }

@@ -1,7 +1,7 @@
 //! The scene as the eye has it: everything in view space, every primitive with a number.
 
 use super::{
-    Colour, Colours, Material, MeshLayer, Sphere,
+    Cap, Colour, Colours, Material, MeshLayer, Sphere,
     camera::View,
     primitive::{Ball, Primitive, Triangle, Window},
 };
@@ -126,10 +126,14 @@ impl<'a> Geometry<'a> {
             None
         } else if let Some(mesh) = self.meshes.get((NOTHING - 1 - number) as usize) {
             let plane = mesh.cut?;
+            let position = ray * plane.entry(&ray)?;
             Some(Surface {
-                position: ray * plane.entry(&ray)?,
+                position,
                 normal: plane.normal,
-                colour: mesh.layer.cut?.cap,
+                colour: match mesh.layer.cut?.cap {
+                    Cap::Uniform(colour) => colour,
+                    Cap::Chart(chart) => chart.at(&self.view.world(&position)),
+                },
                 material: Material::Opaque { gloss: 0.0 },
             })
         } else if number >= self.first_sphere {

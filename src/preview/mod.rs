@@ -7,6 +7,7 @@
 mod backdrop;
 mod camera;
 mod changes;
+mod chart;
 pub mod colour;
 mod compare;
 mod exposure;
@@ -24,6 +25,7 @@ mod sheet;
 
 pub use backdrop::Backdrop;
 pub use camera::Camera;
+pub use chart::Chart;
 pub use colour::Colour;
 pub use compare::{Comparison, compare, side_by_side};
 pub use overlay::{Legend, Lettering};
@@ -60,7 +62,7 @@ pub struct MeshLayer<'a> {
     /// How it takes light.
     pub material: Material,
     /// Where it is cut open.
-    pub cut: Option<Cut>,
+    pub cut: Option<Cut<'a>>,
 }
 
 /// Colour of a surface, linear RGB.
@@ -103,13 +105,22 @@ impl Material {
 
 /// A plane that takes away one side of a surface. Opaque solids are capped where they are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cut {
+pub struct Cut<'a> {
     /// A point of the plane [m].
     pub point: Vec3,
     /// Points to the side that is taken away.
     pub normal: Vec3,
-    /// Colour of the cut face, linear RGB.
-    pub cap: Colour,
+    /// Colour of the cut face.
+    pub cap: Cap<'a>,
+}
+
+/// Colour of a cut face, linear RGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cap<'a> {
+    /// The same everywhere.
+    Uniform(Colour),
+    /// As a map of the plane has it.
+    Chart(&'a Chart),
 }
 
 /// A ball, for example a particle.

@@ -27,6 +27,8 @@ pub struct Legend {
     pub high: Real,
     /// Colour of a position from 0 to 1.
     pub map: fn(Real) -> Colour,
+    /// Position of a share of the way from low to high, both from 0 to 1.
+    pub position: fn(Real) -> Real,
 }
 
 pub(super) fn draw(
@@ -72,7 +74,8 @@ fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
         if value.is_nan() || value > legend.high + 1e-9 * step {
             break;
         }
-        let y = top + long * (legend.high - value) / (legend.high - legend.low);
+        let share = (value - legend.low) / (legend.high - legend.low);
+        let y = top + long * (1.0 - (legend.position)(share));
         // Adding 0 turns −0 into 0.
         let text = format!("{:.digits$}", value + 0.0);
         let x = left - 0.9 * pen.size - pen.width(&text);

@@ -19,10 +19,8 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         if bounds.is_empty() {
             continue;
         }
-        // A box is filled evenly from face to face; half a spacing in from each.
-        let count = bounds
-            .extent()
-            .map(|e| (e / settings.spacing).round().max(1.0));
+        // Half a spacing in from each face.
+        let count = cells(&bounds.extent(), settings.spacing);
         let step = bounds.extent().component_div(&count);
         for x in 0..count.x as usize {
             for y in 0..count.y as usize {
@@ -56,6 +54,19 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         }
     }
     (fluid, carved)
+}
+
+/// How many cells, one a particle, fill a body from face to face along each axis.
+///
+/// The longest side makes up for what the others were rounded by, so that a cell is as large as a particle: a narrow
+/// column would start a tenth denser or thinner than it is at rest.
+fn cells(extent: &Vec3, spacing: Real) -> Vec3 {
+    let mut count = extent.map(|e| (e / spacing).round().max(1.0));
+    let longest = extent.imax();
+    count[longest] = 1.0;
+    let layers = extent.product() / (count.product() * spacing.powi(3));
+    count[longest] = layers.round().max(1.0);
+    count
 }
 
 fn bounds(shape: &BodyShape) -> Aabb {
@@ -98,5 +109,34 @@ fn holds(shape: &BodyShape, x: &Vec3) -> bool {
             (0.0..=*length).contains(&along) && (x - base - axis * along).norm() <= *radius
         }
         BodyShape::Mesh(Inside(read)) => read.as_ref().is_some_and(|read| read.1.phi(x) < 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_of_any_size_holds_as_many_cells_as_particles_have_room_in_it() {
+        let mut random = Stream::new(4, "cells");
+        for _ in 0..1000 {
+            let extent = random.cube().map(|c| 6.5 + 3.5 * c) * 0.5;
+            let count = cells(&extent, 0.5);
+            let volume = extent.product() / 0.125;
+            // Half a layer across the longest side is the most that is too many or missing.
+            let layer = count.product() / count[extent.imax()];
+            assert!(
+                (count.product() - volume).abs() <= 0.5 * layer + 1e-9,
+                "{extent}: {count}"
+            );
+        }
+        // Whole numbers stay as they are.
+        assert_eq!(
+            cells(&Vec3::new(2.0, 2.0, 4.0), 0.5),
+            Vec3::new(4.0, 4.0, 8.0)
+        );
+        // A resting column a third coarser than it was made for: 592.6 particles have room.
+        let coarse = cells(&Vec3::new(40.0, 40.0, 80.0), 6.0);
+        assert_eq!(coarse, Vec3::new(7.0, 7.0, 12.0));
     }
 }

@@ -21,8 +21,8 @@ use field::Field;
 use pieces::{Pieces, keep, leave_out};
 use rayon::prelude::*;
 
-/// How far a vertex is moved at most for the sake of volume, twice [spacings].
-const FARTHEST: Real = 0.125;
+/// How far a vertex is moved at most for the sake of volume, and how deep in a wall it may end [spacings].
+const FARTHEST: Real = 0.5;
 
 /// A closed, oriented, manifold surface; everything else is per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -105,7 +105,10 @@ pub fn reconstruct_moving(
     if settings.keep_volume {
         let volume = field.points.order.len() as Real * frame.rest_volume - left_out.volume;
         let whole = Pieces::whole(&mesh);
-        smooth::restore(&mut mesh, &free, &whole, &[volume], farthest);
+        let weight: Vec<f32> = (free.iter().zip(&carried))
+            .map(|(free, carried)| giving(*free, carried.neighbours, settings.wall_overlap))
+            .collect();
+        smooth::restore(&mut mesh, &weight, &whole, &[volume], farthest);
     }
     let normal = if solid.is_some() || settings.rounds > 0 || settings.keep_volume {
         mesh.vertex_normals()
@@ -164,6 +167,15 @@ fn free_of(mesh: &TriMesh, solid: Option<&Solid>, spacing: Real) -> Vec<f32> {
         |x: &Vec3| solid.map_or(1.0, |s| ((s.phi(x) / spacing - 0.25) * 1.5).clamp(0.0, 1.0));
     let positions = mesh.positions.par_iter();
     positions.map(|x| free(x) as f32).collect()
+}
+
+/// How far each vertex may go for the sake of volume [1]: the face of a body all the way, a thread half of it; where it
+/// touches a wall, no farther than the wall itself and [`FARTHEST`] into it. In a narrow vessel there is little else that
+/// could give way.
+fn giving(free: f32, neighbours: f32, overlap: Real) -> f32 {
+    let contact = (overlap.min(FARTHEST - overlap).max(0.0) / FARTHEST) as f32;
+    let body = 0.5 + smooth::weight(neighbours).min(0.5);
+    contact + (body - contact) * free
 }
 
 #[cfg(test)]

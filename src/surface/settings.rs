@@ -21,7 +21,7 @@ pub struct SurfaceSettings {
     /// Rounds of smoothing [1], which take the bumps of single particles out of closed surfaces and leave threads and
     /// drops alone; 0 shows the colour field as it is.
     pub rounds: u32,
-    /// Whether the surface is moved in or out, by a quarter of a spacing at most, until it encloses the volume of the
+    /// Whether the surface is moved in or out, by half a spacing at most, until it encloses the volume of the
     /// particles.
     pub keep_volume: bool,
     /// Pieces that enclose less are left out, and said in `surface.json` [particles at rest]. 0 keeps all.

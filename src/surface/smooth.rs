@@ -49,7 +49,7 @@ pub(super) fn smooth(
     restore(mesh, weight, pieces, &before, farthest);
 }
 
-/// Moves vertices along their normals, by their `weight` [1] and no farther than `farthest` [m] twice, until each piece encloses
+/// Moves vertices along their normals, by their `weight` [1] and no farther than `farthest` [m], until each piece encloses
 /// its `volume` [m³].
 pub(super) fn restore(
     mesh: &mut TriMesh,
@@ -79,7 +79,8 @@ pub(super) fn restore(
             if let Some(normal) = area[v].try_normalize(0.0)
                 && missing.is_finite()
             {
-                let step = missing.clamp(-farthest, farthest);
+                let most = farthest / RESTORES as Real;
+                let step = missing.clamp(-most, most);
                 mesh.positions[v] += normal * (step * Real::from(weight[v]));
             }
         }

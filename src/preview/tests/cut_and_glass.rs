@@ -14,7 +14,7 @@ fn a_cut_through_the_eye_leaves_exactly_half_of_the_outline() {
     let cut = Cut {
         point: Vec3::zeros(),
         normal: Vec3::x(),
-        cap: Colour::repeat(0.2),
+        cap: Cap::Uniform(Colour::repeat(0.2)),
     };
     let show = |cut| Scene {
         meshes: vec![MeshLayer { cut, ..whole }],
@@ -52,7 +52,7 @@ fn a_cut_towards_the_eye_shows_a_flat_face_as_large_as_the_section() {
             cut: Some(Cut {
                 point: Vec3::new(0.3, depth_of_cut, 0.1),
                 normal: -Vec3::y(),
-                cap: Colour::repeat(0.2),
+                cap: Cap::Uniform(Colour::repeat(0.2)),
             }),
             ..opaque(&positions, &triangles, ball.colour)
         }],
@@ -73,6 +73,60 @@ fn a_cut_towards_the_eye_shows_a_flat_face_as_large_as_the_section() {
         (area / exact - 1.0).abs() < 0.01,
         "{area} of {exact} pixels"
     );
+}
+
+#[test]
+fn a_cut_face_has_the_colours_of_its_chart_where_they_belong() {
+    let ball = Sphere {
+        centre: Vec3::zeros(),
+        ..BALL
+    };
+    let (positions, triangles, _) = ball_mesh(&ball, 60);
+    // Points through the ball, 1 mm apart, whose values rise to the right or upwards.
+    let side = || (-22..=22).map(|n| n as f32 * 1e-3);
+    let points: Vec<[f32; 3]> = side()
+        .flat_map(|x| side().flat_map(move |z| [-1e-3, 0.0, 1e-3].map(|y| [x, y, z])))
+        .collect();
+    let chart = |axis: usize| {
+        let values: Vec<f32> = points.iter().map(|p| p[axis]).collect();
+        let grey = |v: f32| Colour::repeat(0.3 + 10.0 * Real::from(v));
+        let plane = [&Vec3::zeros(), &-Vec3::y()];
+        Chart::new(plane, &points, &values, 2e-3, grey, Colour::zeros())
+    };
+    let camera = Camera {
+        position: Vec3::new(0.0, -0.12, 0.0),
+        ..camera()
+    };
+    for (axis, step) in [(0, [1, 0]), (2, [0, -1])] {
+        let chart = chart(axis);
+        let scene = Scene {
+            meshes: vec![MeshLayer {
+                cut: Some(Cut {
+                    point: Vec3::zeros(),
+                    normal: -Vec3::y(),
+                    cap: Cap::Chart(&chart),
+                }),
+                ..opaque(&positions, &triangles, ball.colour)
+            }],
+            camera,
+            ..Scene::default()
+        };
+        let picture = render(&scene, &SMALL);
+        let at = |n: i32| {
+            picture
+                .get_pixel((100 + n * step[0]) as u32, (75 + n * step[1]) as u32)
+                .0[1]
+        };
+        let along = [-12, -6, 0, 6, 12].map(at);
+        assert!(along.is_sorted_by(|a, b| a + 5 < *b), "{axis}: {along:?}");
+        // Across, nothing changes.
+        let across = |n: i32| {
+            picture
+                .get_pixel((100 + n * step[1]) as u32, (75 + n * step[0]) as u32)
+                .0[1]
+        };
+        assert!(across(-10).abs_diff(across(10)) <= 3, "{axis}");
+    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn crowded<'a>(
         cut: Some(Cut {
             point: Vec3::new(0.0, 0.0, 0.01),
             normal: Vec3::new(0.2, -1.0, 0.3),
-            cap: Colour::repeat(0.3),
+            cap: Cap::Uniform(Colour::repeat(0.3)),
         }),
         ..opaque(&mesh.0, &mesh.1, Colour::zeros())
     };
@@ -38,6 +38,7 @@ fn crowded<'a>(
                 low: 0.0,
                 high: 1.0,
                 map: colour::scale,
+                position: |share| share,
             }),
             scale_bar: true,
         },

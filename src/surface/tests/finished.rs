@@ -36,6 +36,42 @@ fn cement_meets_a_wall_without_gap_or_deep_overlap() {
 }
 
 #[test]
+fn in_a_narrow_vessel_the_walls_give_way_until_volume_is_kept() {
+    // Five spacings wide; loose as in a stretched column, and dense as under a piston. Most of the surface is wall.
+    let vessel = Solid {
+        shapes: vec![crate::solid::Shape::Box {
+            min: Vec3::new(-2.5, -2.5, -10.0),
+            max: Vec3::new(2.5, 2.5, 30.0),
+            hollow: true,
+        }],
+        grids: Vec::new(),
+    };
+    for stretch in [0.92, 1.0, 1.1] {
+        let points: Vec<Vec3> = fill(10, Vec3::repeat(0.0), |p| p.xy().abs().max() < 2.5)
+            .iter()
+            .map(|p| Vec3::new(p.x, p.y, p.z * stretch))
+            .collect();
+        let surface = reconstruct(
+            &frame_of(&points),
+            Some(&vessel),
+            &SurfaceSettings::default(),
+        );
+        assert_closed_manifold_oriented(&surface.mesh);
+        let error = volume(&surface.mesh) / points.len() as f64 - 1.0;
+        assert!(error.abs() < 0.005, "{stretch}: {error}");
+        for p in &surface.mesh.positions {
+            let deep = p.xy().abs().max() - 2.5;
+            assert!(deep < 0.5, "{stretch}: {p}");
+            // Well away from the ends there is no gap either.
+            assert!(
+                p.z.abs() > 8.0 || deep > -0.01 || p.xy().abs().min() > 2.0,
+                "{stretch}: {p}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_strut_between_particles_stays_free() {
     // One spacing thin, cement on both sides.
     let strut = Solid {
