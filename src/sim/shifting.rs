@@ -23,7 +23,7 @@ const PULLED: Real = 2.0;
 /// ν/w from which a wave counts as damped. It is 2 to 7 in a drop of 4 Pa·s that falls, which needs all of the shift, and
 /// 250 in one of 100 Pa·s that creeps, which shifting at the pace of waves would stir and fling apart: 200 times as fast as
 /// it creeps.
-const DAMPED: Real = 16.0;
+const DAMPED: Real = 32.0;
 /// Largest shift in a step, in spacings.
 const MOST: Real = 0.1;
 
@@ -89,6 +89,6 @@ impl Stepper<'_> {
             + stabiliser_viscosity(cement, modulus, density, most, dx, resolved);
         let wave = (tension / density).sqrt() / dx;
         let damping = viscosity / (density * dx * dx * DAMPED * wave);
-        wave / (1.0 + damping * damping)
+        wave / (1.0 + damping.powi(4))
     }
 }
