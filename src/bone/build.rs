@@ -49,6 +49,11 @@ pub(super) struct BoneBrick {
 /// Classes of asked porosity in which made porosity is measured.
 pub(super) const CLASSES: usize = 20;
 
+/// The class of an asked `porosity` [1].
+pub(super) fn class_of(porosity: Real) -> usize {
+    ((porosity * CLASSES as Real) as usize).min(CLASSES - 1)
+}
+
 /// Sums over nodes.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
@@ -305,13 +310,14 @@ impl Filler<'_> {
                 let region = self.sources.region_at(self.settings, &x);
                 let struts = &self.settings.regions[region].struts;
                 let asked = self.sources.asked(struts, &x).unwrap_or(0.0);
-                let class = (asked * CLASSES as Real) as usize;
                 let (voxel, half) = (self.grid.voxel, 0.5 * self.grid.voxel);
-                brick.tallies[region][class.min(CLASSES - 1)].add(&Tally {
+                let share = |offset: Real| solid_share(strut + offset, voxel);
+                brick.tallies[region][class_of(asked)].add(&Tally {
                     nodes: 1.0,
-                    solid: solid_share(strut, voxel),
+                    // Over a voxel's width, what a rod gains outward is more than what it loses inward.
+                    solid: share(0.0) - (share(-voxel) - 2.0 * share(0.0) + share(voxel)) / 24.0,
                     asked,
-                    layer: solid_share(strut - half, voxel) - solid_share(strut + half, voxel),
+                    layer: share(-half) - share(half),
                 });
                 place::FIRST_REGION + region as u8
             } else {
