@@ -10,6 +10,7 @@ use super::network::Network;
 use super::pockets;
 use super::report::{self, BoneReport};
 use super::settings::{BoneError, BoneSettings};
+use super::share::{solid_share, unbiased_share};
 use super::sources::Sources;
 use super::space::{Channel, OpeningShape};
 use super::{Bone, network::Strut};
@@ -311,13 +312,11 @@ impl Filler<'_> {
                 let struts = &self.settings.regions[region].struts;
                 let asked = self.sources.asked(struts, &x).unwrap_or(0.0);
                 let (voxel, half) = (self.grid.voxel, 0.5 * self.grid.voxel);
-                let share = |offset: Real| solid_share(strut + offset, voxel);
                 brick.tallies[region][class_of(asked)].add(&Tally {
                     nodes: 1.0,
-                    // Over a voxel's width, what a rod gains outward is more than what it loses inward.
-                    solid: share(0.0) - (share(-voxel) - 2.0 * share(0.0) + share(voxel)) / 24.0,
+                    solid: unbiased_share(strut, voxel),
                     asked,
-                    layer: share(-half) - share(half),
+                    layer: solid_share(strut - half, voxel) - solid_share(strut + half, voxel),
                 });
                 place::FIRST_REGION + region as u8
             } else {
@@ -419,10 +418,6 @@ fn nearest_struts(centre: &Vec3, radius: Real, struts: &[Strut]) -> Vec<Strut> {
     let reach = nearest + 2.0 * radius;
     let kept = struts.iter().zip(&distances).filter(|(_, d)| **d <= reach);
     kept.map(|(strut, _)| *strut).collect()
-}
-/// The share of a voxel around a node that is solid, from φ at the node.
-pub(super) fn solid_share(phi: Real, voxel: Real) -> Real {
-    (0.5 - phi / voxel).clamp(0.0, 1.0)
 }
 
 /// [`build`] of a mesh whose distance nothing else needs.

@@ -9,6 +9,7 @@ mod pockets;
 mod preset;
 mod report;
 mod settings;
+mod share;
 mod sources;
 mod space;
 mod thickness;
