@@ -197,7 +197,7 @@ polymer_fraction = 0.5
     assert!((region.porosity - asked).abs() < 0.01, "{region:?}");
     assert!(region.classes.len() >= 4, "{region:?}");
     for [asked, made] in &region.classes {
-        assert!((asked - made).abs() < 0.015, "{region:?}");
+        assert!((asked - made).abs() < 0.01, "{region:?}");
     }
     assert!(region.resolvable_porosity <= region.porosity);
     // Voxels without bone within are no cavities with a cortex.

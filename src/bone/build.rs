@@ -10,6 +10,7 @@ use super::network::Network;
 use super::pockets;
 use super::report::{self, BoneReport};
 use super::settings::{BoneError, BoneSettings};
+use super::share::{solid_share, unbiased_share};
 use super::sources::Sources;
 use super::space::{Channel, OpeningShape};
 use super::{Bone, network::Strut};
@@ -48,6 +49,11 @@ pub(super) struct BoneBrick {
 
 /// Classes of asked porosity in which made porosity is measured.
 pub(super) const CLASSES: usize = 20;
+
+/// The class of an asked `porosity` [1].
+pub(super) fn class_of(porosity: Real) -> usize {
+    ((porosity * CLASSES as Real) as usize).min(CLASSES - 1)
+}
 
 /// Sums over nodes.
 #[derive(Clone, Copy, Default)]
@@ -305,11 +311,10 @@ impl Filler<'_> {
                 let region = self.sources.region_at(self.settings, &x);
                 let struts = &self.settings.regions[region].struts;
                 let asked = self.sources.asked(struts, &x).unwrap_or(0.0);
-                let class = (asked * CLASSES as Real) as usize;
                 let (voxel, half) = (self.grid.voxel, 0.5 * self.grid.voxel);
-                brick.tallies[region][class.min(CLASSES - 1)].add(&Tally {
+                brick.tallies[region][class_of(asked)].add(&Tally {
                     nodes: 1.0,
-                    solid: solid_share(strut, voxel),
+                    solid: unbiased_share(strut, voxel),
                     asked,
                     layer: solid_share(strut - half, voxel) - solid_share(strut + half, voxel),
                 });
@@ -413,10 +418,6 @@ fn nearest_struts(centre: &Vec3, radius: Real, struts: &[Strut]) -> Vec<Strut> {
     let reach = nearest + 2.0 * radius;
     let kept = struts.iter().zip(&distances).filter(|(_, d)| **d <= reach);
     kept.map(|(strut, _)| *strut).collect()
-}
-/// The share of a voxel around a node that is solid, from φ at the node.
-pub(super) fn solid_share(phi: Real, voxel: Real) -> Real {
-    (0.5 - phi / voxel).clamp(0.0, 1.0)
 }
 
 /// [`build`] of a mesh whose distance nothing else needs.

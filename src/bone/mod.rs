@@ -9,6 +9,7 @@ mod pockets;
 mod preset;
 mod report;
 mod settings;
+mod share;
 mod sources;
 mod space;
 mod thickness;
@@ -31,7 +32,7 @@ use crate::grid::BrickGrid;
 pub struct Bone {
     /// φ [m]: positive outside and in the pores, negative in bone, exact within ±[`BAND`] spacings of the surface.
     pub solid: BrickGrid,
-    /// The trabeculae; where they leave the bone, φ cuts them off.
+    /// The trabeculae, in pieces where porosity varies; where they leave the bone, φ cuts them off.
     pub struts: Vec<Strut>,
     /// What it turned out to be.
     pub report: BoneReport,

@@ -12,6 +12,9 @@ use crate::math::{Real, Vec3};
 use crate::mesh::{MeshDistance, TriMesh, square_to_box};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 
+/// Pieces of struts whose thickness varies, in periods at most: the thickness of a rod cannot follow any closer.
+const PIECE: Real = 0.5;
+
 /// A rod with round ends, which may taper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strut {
@@ -46,7 +49,10 @@ impl Strut {
 
 /// All struts of a bone, ready to be searched.
 pub(super) struct Network {
+    /// Those whose thickness follows a porosity that varies are in pieces.
     pub(super) struts: Vec<Strut>,
+    /// How many there are, in pieces or not.
+    pub(super) count: usize,
     /// Mean diameter of the horizontal struts of each region [m].
     pub(super) diameters: Vec<Real>,
     /// The largest radius [m].
@@ -70,13 +76,17 @@ impl Network {
         for (region, what) in settings.regions.iter().enumerate() {
             // With the ratio to the region's radius in place of the radius, until that is known.
             let of_region = joined.iter().filter(|(owner, _)| *owner == region);
-            let own: Vec<Strut> = of_region.map(|(_, strut)| *strut).collect();
+            let mut own: Vec<Strut> = of_region.map(|(_, strut)| *strut).collect();
             let thick = match what.struts {
                 Struts::Diameter(diameter) => {
                     let radius = [0.5 * diameter; 2];
                     own.iter().map(|strut| strut.thick(|_| radius[0])).collect()
                 }
                 Struts::Porosity(_) | Struts::Varying(_) => {
+                    if matches!(what.struts, Struts::Varying(_)) {
+                        let longest = PIECE * what.period;
+                        own = own.iter().flat_map(|s| s.pieces(longest)).collect();
+                    }
                     let samples =
                         Samples::inside(settings, sources, region, &struts, mesh, distance);
                     thickness::solve(&samples, &own, |x| sources.asked(&what.struts, x))
@@ -94,6 +104,7 @@ impl Network {
         let thickest = struts.iter().flat_map(|s| s.radius).fold(0.0, Real::max);
         Ok(Self {
             struts,
+            count: joined.len(),
             diameters,
             thickest,
             tree,
@@ -112,6 +123,19 @@ impl Network {
 }
 
 impl Strut {
+    /// Cut into equal pieces no longer than `longest` [m], for a strut that does not taper.
+    fn pieces(&self, longest: Real) -> impl Iterator<Item = Strut> {
+        let axis = self.to - self.from;
+        let count = (axis.norm() / longest).ceil().max(1.0);
+        let (from, radius) = (self.from, self.radius);
+        let at = move |n: u32| from + axis * (Real::from(n) / count);
+        (0..count as u32).map(move |n| Strut {
+            from: at(n),
+            to: at(n + 1),
+            radius,
+        })
+    }
+
     /// Radii from ratios: `radius` [m] of the mean strut at a point.
     pub(super) fn thick(&self, radius: impl Fn(&Vec3) -> Real) -> Self {
         let [first, second] = self.radius;

@@ -204,7 +204,7 @@ pub(super) fn measure(
     BoneReport {
         bone_volume: bone * cell,
         shell_volume: shell * cell,
-        struts: network.struts.len(),
+        struts: network.count,
         bone_connected: 1.0 - share_in(&loose, &bones),
         struts_connected: 1.0 - share_in(&loose, &struts),
         pores_connected: pores.neighbours.connected_share(&all_pores),

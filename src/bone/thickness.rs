@@ -4,23 +4,33 @@
 //! nearest axis, each in radii of its strut, the share of bone is to be below 1. Where it varies, points are sorted
 //! into classes by what is asked of them; each class has a radius, struts take theirs from between the classes, and
 //! the radii are corrected until every class has what it asked for.
+//!
+//! No class reaches over the edge of one that the report tells: what is right only on the whole of a wide class is
+//! too thin at its one end and too thick at the other. And a strut is cut into pieces: where the porosity changes
+//! within its length, its ends alone know too little of it.
 
+use super::build::class_of;
 use super::network::{Strut, tree_of};
-use super::settings::BoneSettings;
+use super::settings::{BoneSettings, Struts};
 use super::sources::Sources;
 use crate::math::{Real, Vec3};
 use crate::mesh::{Lattice, MeshDistance, TriMesh, inside_columns, square_to_box};
 use parry3d_f64::partitioning::{Bvh, BvhNode};
 use rayon::prelude::*;
 
-/// Points in the bone's bounding box from which a porosity is solved.
-const MOST: Real = 1.5e6;
-/// Classes of asked porosity.
-const CLASSES: usize = 8;
-/// Corrections of their radii.
+/// Points in the bone's bounding box from which one porosity is solved, and one that varies: rare values need enough.
+const MOST: [Real; 2] = [1.5e6, 5e6];
+/// Of more points than this, a class is judged by some.
+const ENOUGH: usize = 60_000;
+/// A class of asked porosity holds no more than this share of the points, and no fewer than this.
+const SHARES: [Real; 2] = [0.125, 0.005];
+/// Corrections of their radii, at most.
 const ROUNDS: usize = 8;
 /// Porosities closer than this are one.
 const SAME: Real = 1e-3;
+/// The volume of rods goes with the square of their radius. Rods of other classes reach into a class, so that its own
+/// radius does less: a half more than the root converges sooner.
+const EXPONENT: Real = 0.75;
 
 /// Points of a region inside the shell.
 pub(super) struct Samples {
@@ -41,8 +51,10 @@ impl Samples {
     ) -> Self {
         let bounds = mesh.bounds();
         let extent = bounds.extent();
-        let by_count = libm::cbrt(extent.x * extent.y * extent.z / MOST);
-        let period = settings.regions[region].period;
+        let what = &settings.regions[region];
+        let most = MOST[usize::from(matches!(what.struts, Struts::Varying(_)))];
+        let by_count = libm::cbrt(extent.x * extent.y * extent.z / most);
+        let period = what.period;
         // Not a simple fraction of the period: samples would always hit the same places.
         let step = (period / 7.31).max(by_count);
         let lattice = Lattice::cells(&bounds, step);
@@ -132,29 +144,45 @@ pub(super) fn solve(
         let radius = |x: &Vec3| classes.radius_for(asked(x).unwrap_or(1.0));
         struts.iter().map(|s| s.thick(radius)).collect()
     };
+    let judges: Vec<Vec<(Vec3, bool)>> = (0..classes.porosity.len())
+        .map(|class| {
+            let mine = of_point.iter().zip(&samples.points);
+            let mine: Vec<_> = mine.filter(|(c, _)| **c == class).collect();
+            let every = mine.len().div_ceil(ENOUGH);
+            mine.iter()
+                .step_by(every)
+                .map(|(_, point)| **point)
+                .collect()
+        })
+        .collect();
+    let mut best = (Real::INFINITY, classes.radius.clone());
     for _ in 0..ROUNDS {
         let now = thick(&classes);
         let axes = Axes::new(&now);
-        let solid: Vec<bool> = samples
-            .points
-            .par_iter()
-            .map(|(x, filled)| *filled || axes.holds(x))
-            .collect();
-        let mut made = vec![[0_u32; 2]; classes.porosity.len()];
-        for (class, solid) in of_point.iter().zip(&solid) {
-            made[*class][usize::from(*solid)] += 1;
+        let before = classes.radius.clone();
+        let mut worst: Real = 0.0;
+        for (class, mine) in judges.iter().enumerate() {
+            let solid = mine
+                .par_iter()
+                .filter(|(x, filled)| *filled || axes.holds(x));
+            let made = solid.count() as Real / mine.len() as Real;
+            let asked = 1.0 - classes.porosity[class];
+            worst = worst.max((made - asked).abs());
+            let ratio = libm::pow(asked / made.max(1e-4), EXPONENT);
+            classes.radius[class] *= ratio.clamp(0.7, 1.4);
         }
-        for (class, [open, solid]) in made.into_iter().enumerate() {
-            // The volume of rods goes with the square of their radius.
-            let share = Real::from(solid) / Real::from((open + solid).max(1));
-            let ratio = (1.0 - classes.porosity[class]) / share.max(1e-4);
-            classes.radius[class] *= ratio.sqrt().clamp(0.7, 1.4);
+        if worst < best.0 {
+            best = (worst, before);
+        }
+        if worst < SAME {
+            break;
         }
     }
+    classes.radius = best.1;
     thick(&classes)
 }
 
-/// Classes of equally many points: mean porosity asked and radius that makes it.
+/// Classes of points: mean porosity asked and radius that makes it.
 struct Classes {
     /// Upper ends but the last.
     ends: Vec<Real>,
@@ -164,22 +192,33 @@ struct Classes {
 
 impl Classes {
     fn new(sorted: &[Real]) -> Self {
-        let parts: Vec<&[Real]> = sorted.chunks(sorted.len().div_ceil(CLASSES)).collect();
-        let mut classes = Self {
-            ends: Vec::new(),
-            porosity: Vec::new(),
-            radius: Vec::new(),
-        };
-        for part in parts {
-            let mean = part.iter().sum::<Real>() / part.len() as Real;
-            let last = classes.porosity.last().copied();
-            if last.is_none_or(|last| mean - last > SAME) {
-                if last.is_some() {
-                    classes.ends.push(part[0]);
+        let [most, least] = SHARES.map(|share| (share * sorted.len() as Real).ceil() as usize);
+        let mut ends = Vec::new();
+        let (mut at, mut last) = (0, (0, sorted[0]));
+        for told in sorted.chunk_by(|a, b| class_of(*a) == class_of(*b)) {
+            let parts = told.len().div_ceil(most);
+            for part in told.chunks(told.len().div_ceil(parts)) {
+                let rare = at - last.0 < least || sorted.len() - at < least;
+                if !rare && part[0] - last.1 > SAME {
+                    ends.push(part[0]);
+                    last = (at, part[0]);
                 }
-                classes.porosity.push(mean);
-                classes.radius.push(0.0);
+                at += part.len();
             }
+        }
+        let mut classes = Self {
+            porosity: vec![0.0; ends.len() + 1],
+            radius: vec![0.0; ends.len() + 1],
+            ends,
+        };
+        let mut count = vec![0.0; classes.porosity.len()];
+        for porosity in sorted {
+            let class = classes.of(*porosity);
+            classes.porosity[class] += porosity;
+            count[class] += 1.0;
+        }
+        for (porosity, count) in classes.porosity.iter_mut().zip(count) {
+            *porosity /= count;
         }
         classes
     }

@@ -10,7 +10,7 @@ pub use bounds::Aabb;
 pub use noise::{Stream, hash_unit};
 pub use ordered::{BLOCK, ordered_dot, ordered_max, ordered_sum, ordered_sums};
 pub use sym3::Sym3;
-pub use wide::{Wide, widest};
+pub use wide::{Wide, WideRows, widest, widest_rows};
 
 /// The one floating-point type of state and algebra.
 pub type Real = f64;

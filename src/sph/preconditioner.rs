@@ -1,10 +1,9 @@
 //! Approximate inverse of the velocity–pressure system: two Chebyshev–Jacobi steps for the velocity; for the pressure
 //! viscosity and inertia by particle, and the coarse level.
 
-use super::coupled::{CoupledSolver, GRAIN};
+use super::coupled::CoupledSolver;
 use super::minres::{Packed, Preconditioner};
-use crate::math::{Real, Wide, widest};
-use rayon::prelude::*;
+use crate::math::{Real, WideRows, widest_rows};
 
 /// Interval of D⁻¹H on which the Chebyshev polynomial is small. H is diagonally dominant, so 2 bounds it.
 const LARGEST: Real = 2.0;
@@ -21,42 +20,33 @@ impl CoupledSolver<'_> {
     /// With no particle held.
     fn approximate(&self, r: &[Packed], z: &mut [Packed]) {
         let by_cell = self.coarse.solve(|i| r[i][3]);
-        z.par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                widest(Approximate {
-                    solver: self,
-                    r,
-                    by_cell: &by_cell,
-                    first: block * GRAIN,
-                    rows,
-                });
-            });
+        let approximate = Approximate {
+            solver: self,
+            r,
+            by_cell: &by_cell,
+        };
+        widest_rows(&approximate, z);
         self.level(z);
     }
 }
 
-/// The approximate inverse for a block of particles. `by_cell`: what the coarse level adds to the pressure.
+/// The approximate inverse on its rows. `by_cell`: what the coarse level adds to the pressure.
 struct Approximate<'a> {
     solver: &'a CoupledSolver<'a>,
     r: &'a [Packed],
     by_cell: &'a [Real],
-    first: usize,
-    rows: &'a mut [Packed],
 }
 
-impl Wide for Approximate<'_> {
-    type Out = ();
-
+impl WideRows<Packed> for Approximate<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn fill(&self, first: usize, rows: &mut [Packed]) {
         const CENTRE: Real = 0.5 * (LARGEST + SMALLEST);
         const HALF: Real = 0.5 * (LARGEST - SMALLEST);
         const RHO: Real = 1.0 / (2.0 * CENTRE / HALF - HALF / CENTRE);
         let (solver, r) = (self.solver, self.r);
         let inverse = &solver.inverse;
-        for (offset, row) in self.rows.iter_mut().enumerate() {
-            let i = self.first + offset;
+        for (offset, row) in rows.iter_mut().enumerate() {
+            let i = first + offset;
             // First Chebyshev step: scaled Jacobi, read off r where it is needed.
             let mut pull = [0.0; 4];
             for pair in solver.drags.row(i) {

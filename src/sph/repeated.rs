@@ -1,7 +1,7 @@
 //! A = Pᵀ (dt M⁻¹) P of `pressure` for being applied again and again: in wide registers.
 
 use super::neighbourhood::{Link, Neighbourhood, vector};
-use crate::math::{Real, Vec3, Wide, widest};
+use crate::math::{Real, Vec3, WideRows, widest_rows};
 use rayon::prelude::*;
 
 const GRAIN: usize = 128;
@@ -40,18 +40,12 @@ impl<'a> RepeatedPressure<'a> {
     pub fn apply(&mut self, pressure: &[Real], image: &mut [Real]) {
         let mut velocity = std::mem::take(&mut self.velocity);
         let of_walls = self.of_walls(|_, i, share, _| share * pressure[i]);
-        velocity
-            .par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                widest(Push {
-                    operator: self,
-                    first: block * GRAIN,
-                    pressure,
-                    of_walls: &of_walls,
-                    rows,
-                });
-            });
+        let push = Push {
+            operator: self,
+            pressure,
+            of_walls: &of_walls,
+        };
+        widest_rows(&push, &mut velocity);
         self.velocity = velocity;
         self.close(None, image);
     }
@@ -76,17 +70,12 @@ impl<'a> RepeatedPressure<'a> {
         for (rate, volume) in of_walls.iter_mut().zip(&self.near.wall_volume) {
             *rate *= volume;
         }
-        rate.par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                widest(Close {
-                    operator: self,
-                    first: block * GRAIN,
-                    walls,
-                    of_walls: &of_walls,
-                    rows,
-                });
-            });
+        let close = Close {
+            operator: self,
+            walls,
+            of_walls: &of_walls,
+        };
+        widest_rows(&close, rate);
     }
 
     /// Sum over the fluid near each wall particle b of what `term(b, i, share, gradient)` says.
@@ -116,23 +105,19 @@ impl Drift<'_> {
     }
 }
 
-/// dt M⁻¹ P k for a block of particles.
+/// dt M⁻¹ P k.
 struct Push<'a> {
     operator: &'a RepeatedPressure<'a>,
-    first: usize,
     pressure: &'a [Real],
     of_walls: &'a [Real],
-    rows: &'a mut [[Real; 4]],
 }
 
-impl Wide for Push<'_> {
-    type Out = ();
-
+impl WideRows<[Real; 4]> for Push<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn fill(&self, first: usize, rows: &mut [[Real; 4]]) {
         let near = self.operator.near;
-        for (offset, row) in self.rows.iter_mut().enumerate() {
-            let i = self.first + offset;
+        for (offset, row) in rows.iter_mut().enumerate() {
+            let i = first + offset;
             let own = self.pressure[i];
             let push = two_sums(self.operator.near.fluid.row(i), |link| {
                 let both = own + self.pressure[link.j as usize];
@@ -153,23 +138,19 @@ impl Wide for Push<'_> {
     }
 }
 
-/// Pᵀ v for a block of particles.
+/// Pᵀ v.
 struct Close<'a> {
     operator: &'a RepeatedPressure<'a>,
-    first: usize,
     walls: Drift<'a>,
     of_walls: &'a [Real],
-    rows: &'a mut [Real],
 }
 
-impl Wide for Close<'_> {
-    type Out = ();
-
+impl WideRows<Real> for Close<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn fill(&self, first: usize, rows: &mut [Real]) {
         let near = self.operator.near;
-        for (offset, row) in self.rows.iter_mut().enumerate() {
-            let i = self.first + offset;
+        for (offset, row) in rows.iter_mut().enumerate() {
+            let i = first + offset;
             let own = self.operator.velocity[i];
             let rate = two_sums(self.operator.near.fluid.row(i), |link| {
                 let (g, v) = (lanes(link), self.operator.velocity[link.j as usize]);

@@ -1,10 +1,10 @@
 //! The velocity–pressure system applied: [H P; Pᵀ −C] [v; k] in one pass over the pairs, and with the particles that
 //! walls hold (`contact`) left out.
 
-use super::coupled::{CoupledSolver, GRAIN};
+use super::coupled::CoupledSolver;
 use super::minres::{self, Packed};
-use crate::math::{Real, Wide, widest};
-use rayon::prelude::*;
+use super::neighbourhood::Neighbourhood;
+use crate::math::{Real, WideRows, widest_rows};
 
 /// What the velocity block has for a pair of fluid particles. Kept apart from what couples them to the pressure, because
 /// the preconditioner reads it alone, and memory is what an iteration waits for.
@@ -23,52 +23,61 @@ impl CoupledSolver<'_> {
     /// The system with no particle held.
     pub(super) fn whole(&self, x: &[Packed], out: &mut [Packed]) {
         let near = self.problem.near;
-        let of_walls: Vec<[Real; 2]> = (0..near.of_wall.len())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .map(|b| {
-                let mut sum = [0.0; 4];
-                for pair in near.of_wall.row(b) {
-                    let [g_x, g_y, g_z] = pair.gradient;
-                    add(&mut sum, &[g_x, g_y, g_z, pair.share], &x[pair.i as usize]);
-                }
-                [sum[3], -(sum[0] + sum[1] + sum[2]) * near.wall_volume[b]]
-            })
-            .collect();
-        out.par_chunks_mut(GRAIN)
-            .enumerate()
-            .for_each(|(block, rows)| {
-                widest(Apply {
-                    solver: self,
-                    x,
-                    of_walls: &of_walls,
-                    first: block * GRAIN,
-                    rows,
-                });
-            });
+        let mut of_walls = vec![[0.0; 2]; near.of_wall.len()];
+        widest_rows(&OfWalls { near, x }, &mut of_walls);
+        let apply = Apply {
+            solver: self,
+            x,
+            of_walls: &of_walls,
+        };
+        widest_rows(&apply, out);
         self.level(out);
     }
 }
 
-/// The system for a block of particles. `of_walls`: pressure of each wall particle, and what the fluid closes in on it.
+/// Pressure of each wall particle, and what the fluid closes in on it.
+struct OfWalls<'a> {
+    near: &'a Neighbourhood,
+    x: &'a [Packed],
+}
+
+impl WideRows<[Real; 2]> for OfWalls<'_> {
+    #[inline(always)]
+    fn fill(&self, first: usize, rows: &mut [[Real; 2]]) {
+        for (offset, row) in rows.iter_mut().enumerate() {
+            let b = first + offset;
+            let mut sum = [0.0; 4];
+            for pair in self.near.of_wall.row(b) {
+                let [g_x, g_y, g_z] = pair.gradient;
+                let weight = [g_x, g_y, g_z, pair.share].map(Real::from);
+                let y = self.x[pair.i as usize];
+                for lane in 0..4 {
+                    sum[lane] += weight[lane] * y[lane];
+                }
+            }
+            *row = [
+                sum[3],
+                -(sum[0] + sum[1] + sum[2]) * self.near.wall_volume[b],
+            ];
+        }
+    }
+}
+
+/// The system on its rows.
 struct Apply<'a> {
     solver: &'a CoupledSolver<'a>,
     x: &'a [Packed],
     of_walls: &'a [[Real; 2]],
-    first: usize,
-    rows: &'a mut [Packed],
 }
 
-impl Wide for Apply<'_> {
-    type Out = ();
-
+impl WideRows<Packed> for Apply<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn fill(&self, first: usize, rows: &mut [Packed]) {
         let (solver, x) = (self.solver, self.x);
         let near = solver.problem.near;
         let volume = near.rest_volume;
-        for (offset, row) in self.rows.iter_mut().enumerate() {
-            let i = self.first + offset;
+        for (offset, row) in rows.iter_mut().enumerate() {
+            let i = first + offset;
             let own = x[i];
             let (mut drag, mut push, mut differ) = ([0.0; 4], [0.0; 4], [0.0; 4]);
             let pairs = solver.drags.row(i).iter().zip(solver.couplings.row(i));
@@ -106,13 +115,6 @@ impl Wide for Apply<'_> {
                 0.0
             };
         }
-    }
-}
-
-#[inline(always)]
-fn add(sum: &mut [Real; 4], weight: &[f32; 4], y: &Packed) {
-    for lane in 0..4 {
-        sum[lane] += Real::from(weight[lane]) * y[lane];
     }
 }
 
