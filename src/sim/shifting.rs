@@ -8,7 +8,8 @@
 //! But where polymer pulls harder than pressure presses, particles in rows clump as fast as an elastic wave crosses a
 //! spacing: shifting then goes at that pace, but for those at the surface. Without it a viscoelastic drop tore along the
 //! planes of its lattice on impact, at any step; at the pace of 1 to 3 such waves, and with the stress of
-//! `stress::above_least`, it stays whole; with either alone it does not.
+//! `stress::above_least`, it stays whole; with either alone it does not. Where viscosity damps such waves it does not go at
+//! their pace: shifting does not keep ψ, and a creeping drop sank by it, 18 % off between steps of 2 and 20 ms (now 0.7 %).
 
 use super::settings::ElasticWaves;
 use super::stepper::Stepper;
