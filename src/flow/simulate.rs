@@ -132,8 +132,9 @@ impl Course<'_> {
                 self.saver.pass(run, &self.record)?;
             }
             report.compression = self.enter(index, run)?.compression[0];
-            self.read_probes(index, run)?;
-            cache::write_frame(&job.folder.frame(index), &frame(index, run))?;
+            let pressure = run.pressure();
+            self.read_probes(index, run, &pressure)?;
+            cache::write_frame(&job.folder.frame(index), &frame(index, run, &pressure))?;
             if index == 0 && job.early_picture {
                 draw_start(job, observer);
             }
@@ -143,12 +144,17 @@ impl Course<'_> {
         self.saver.finish(run, &self.record)
     }
 
-    fn read_probes(&mut self, frame: u32, run: &Simulation) -> Result<(), FlowError> {
+    fn read_probes(
+        &mut self,
+        frame: u32,
+        run: &Simulation,
+        pressure: &[f64],
+    ) -> Result<(), FlowError> {
         let Some(table) = &mut self.readings else {
             return Ok(());
         };
         let velocity = run.velocity();
-        let sample = run.sample(&velocity);
+        let sample = run.sample(&velocity, pressure);
         let mut row = vec![frame.to_string(), run.time.to_string()];
         for probe in &self.job.scene.probes {
             let readings = probe.read(sample).into_iter();
@@ -190,8 +196,8 @@ fn note(report: &mut FrameReport, time: f64, step: &StepReport) {
     report.iterations = step.iterations;
 }
 
-/// The cement as the stages after the simulation read it.
-pub(super) fn frame(index: u32, run: &Simulation) -> Frame {
+/// The cement as the stages after the simulation read it; `pressure` [Pa] as `Simulation::pressure` gives it.
+pub(super) fn frame(index: u32, run: &Simulation, pressure: &[f64]) -> Frame {
     let fluid = &run.fluid;
     let single = |v: &crate::math::Vec3| [v.x as f32, v.y as f32, v.z as f32];
     Frame {
@@ -203,7 +209,7 @@ pub(super) fn frame(index: u32, run: &Simulation) -> Frame {
         position: fluid.position.iter().map(single).collect(),
         velocity: run.velocity().iter().map(single).collect(),
         polymer_fraction: fluid.polymer_fraction.iter().map(|&a| a as f32).collect(),
-        pressure: fluid.pressure.iter().map(|p| p[0] as f32).collect(),
+        pressure: pressure.iter().map(|&p| p as f32).collect(),
         id: fluid.id.clone(),
     }
 }

@@ -59,8 +59,8 @@ pub struct Sample<'a> {
     pub position: &'a [Vec3],
     /// v_mix [m/s].
     pub velocity: &'a [Vec3],
-    /// Constant-volume and divergence pressure [Pa]; the first is read.
-    pub pressure: &'a [[Real; 2]],
+    /// Pressure [Pa].
+    pub pressure: &'a [Real],
     /// V₀ [m³].
     pub rest_volume: Real,
     /// Between particles at rest [m].
@@ -90,7 +90,7 @@ impl Probe {
         match &self.gauge {
             Gauge::Pressure { centre, radius } => {
                 let near = all.filter(|&i| (fluid.position[i] - centre).norm() <= *radius);
-                vec![mean(near.map(|i| fluid.pressure[i][0]))]
+                vec![mean(near.map(|i| fluid.pressure[i]))]
             }
             Gauge::Flux {
                 point,
@@ -180,7 +180,7 @@ mod tests {
             .iter()
             .map(|x| Vec3::z() * (1.0 + 2.0 * x.x))
             .collect();
-        let pressure: Vec<[Real; 2]> = position.iter().map(|x| [1000.0 * x.z, 7.0]).collect();
+        let pressure: Vec<Real> = position.iter().map(|x| 1000.0 * x.z).collect();
         let fluid = Sample {
             position: &position,
             velocity: &velocity,

@@ -232,7 +232,13 @@ impl Simulation {
 
     /// The step itself: what it did, and whether it went well.
     fn attempt(&mut self, left: Real, retries: u32) -> (StepReport, Result<(), SimError>) {
-        let mut stepper = Stepper {
+        let mut stepper = self.stepper(retries);
+        let ended = schemes::step(&mut stepper, left);
+        (stepper.report, ended)
+    }
+
+    fn stepper(&mut self, retries: u32) -> Stepper<'_> {
+        Stepper {
             settings: &self.settings,
             kernel: &self.kernel,
             domain: &self.domain,
@@ -257,9 +263,7 @@ impl Simulation {
             retries,
             books: None,
             report: StepReport::default(),
-        };
-        let ended = schemes::step(&mut stepper, left);
-        (stepper.report, ended)
+        }
     }
 
     /// Particles that leave the domain are gone, and counted.
@@ -322,12 +326,19 @@ impl Simulation {
             .collect()
     }
 
-    /// What probes look at; `velocity` as [`Simulation::velocity`] gives it.
-    pub fn sample<'a>(&'a self, velocity: &'a [Vec3]) -> Sample<'a> {
+    /// What every particle presses with [Pa]: the mean normal stress of its pairs. The multiplier that the solver finds
+    /// (`fluid.pressure`) is that only up to how the packing stands: 2 % less on the cubic lattice, 2 % more once it is
+    /// irregular.
+    pub fn pressure(&mut self) -> Vec<Real> {
+        self.stepper(0).pressure()
+    }
+
+    /// What probes look at; `velocity` and `pressure` as [`Simulation::velocity`] and [`Simulation::pressure`] give them.
+    pub fn sample<'a>(&'a self, velocity: &'a [Vec3], pressure: &'a [Real]) -> Sample<'a> {
         Sample {
             position: &self.fluid.position,
             velocity,
-            pressure: &self.fluid.pressure,
+            pressure,
             rest_volume: self.rest_volume,
             spacing: self.settings.spacing,
         }

@@ -9,7 +9,7 @@ use super::time_step::{self, FlowMeasures, Limit};
 use crate::fluid::{FluidParticles, MixtureFields, bonding};
 use crate::math::{Mat3, Real, Vec3, ordered_max};
 use crate::sph::operators::velocity_gradient;
-use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, Walls};
+use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, PressureOperator, Walls};
 use serde::{Deserialize, Serialize};
 
 /// Times the CFL limit that a particle may move in an adaptive step; more where smaller steps did not help or are not what
@@ -80,6 +80,18 @@ pub struct Stepper<'a> {
 impl Stepper<'_> {
     /// Neighbours, moving walls and all that follows from positions.
     pub fn find_neighbours(&mut self) {
+        self.meet_neighbours();
+        // An explicit Newtonian step with a free surface goes without: a fifth of its time for a figure that does not
+        // show there.
+        let explicit = self.settings.stress == StressStep::Explicit;
+        if self.closed || self.settings.scheme == Scheme::ImmCt || !explicit {
+            self.near.straighten(self.closed);
+        }
+        self.report.converged = true;
+    }
+
+    /// Neighbours and moving walls, with the kernel's own gradients.
+    fn meet_neighbours(&mut self) {
         let mut moving = MovingWalls::default();
         let volume = self.kernel.rest_volume(self.settings.spacing);
         for (number, inlet) in self.inlets.iter().enumerate() {
@@ -107,13 +119,17 @@ impl Stepper<'_> {
         self.report.pairs = self.near.fluid.entries();
         self.report.awake = self.near.awake;
         self.closed = self.find_closed();
-        // An explicit Newtonian step with a free surface goes without: a fifth of its time for a figure that does not
-        // show there.
-        let explicit = self.settings.stress == StressStep::Explicit;
-        if self.closed || self.settings.scheme == Scheme::ImmCt || !explicit {
-            self.near.straighten(self.closed);
+    }
+
+    /// What each particle presses with [Pa] (`PressureOperator::mean_stress`). In a closed body gradients are straightened
+    /// and the multiplier is that already.
+    pub(super) fn pressure(&mut self) -> Vec<Real> {
+        self.meet_neighbours();
+        let multiplier: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        if self.closed {
+            return multiplier;
         }
-        self.report.converged = true;
+        PressureOperator { near: self.near }.mean_stress(&multiplier)
     }
 
     /// Whether mixture work has anything to do: with a single pure phase it only copies (same bits).

@@ -394,7 +394,7 @@ impl Neighbourhood {
 
 /// V (−W'/r) r²: the trace of what a pair adds to the moment matrix.
 #[inline]
-fn squared_over(gradient: [f32; 3], steepness: f32) -> Real {
+pub(super) fn squared_over(gradient: [f32; 3], steepness: f32) -> Real {
     if steepness > 0.0 {
         vector(gradient).norm_squared() / Real::from(steepness)
     } else {

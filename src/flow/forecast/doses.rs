@@ -33,7 +33,7 @@ pub(super) fn course(
         lay(&mut run, &solid, dose);
         if n > 0 {
             shown[n - 1] = run.fluid.len();
-            keep(job, n as u32, &run)?;
+            keep(job, n as u32, &mut run)?;
         }
         match pace::measure(&mut run, &job.stop) {
             Some(pace) => paces.push(pace),

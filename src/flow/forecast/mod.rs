@@ -225,8 +225,9 @@ fn peak_memory() -> Option<u64> {
 }
 
 /// Leaves a state as a frame, and as what a run goes on from.
-fn keep(job: &Job, n: u32, run: &Simulation) -> Result<(), FlowError> {
-    cache::write_frame(&job.folder.frame(n), &simulate::frame(n, run))?;
+fn keep(job: &Job, n: u32, run: &mut Simulation) -> Result<(), FlowError> {
+    let pressure = run.pressure();
+    cache::write_frame(&job.folder.frame(n), &simulate::frame(n, run, &pressure))?;
     let restart = job.folder.restart();
     Ok(cache::write_restart(
         &restart,

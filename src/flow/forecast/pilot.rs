@@ -23,12 +23,12 @@ pub(super) struct Fine {
 
 /// The start and the last state that there was time for are left as frames 1 and 2.
 pub(super) fn start(job: &Job, mut run: Simulation) -> Result<Fine, FlowError> {
-    keep(job, 1, &run)?;
+    keep(job, 1, &mut run)?;
     let particles = run.fluid.len();
     let mut voyage = Voyage::new(1.0, f64::INFINITY);
     // If it fails, so does the coarse one, which says so.
     let _ = voyage.sail(job, &mut run, OWN, &[])?;
-    keep(job, 2, &run)?;
+    keep(job, 2, &mut run)?;
     Ok(Fine { particles, voyage })
 }
 
@@ -60,7 +60,7 @@ pub(super) fn course(
         }
     };
     let few = run.fluid.len();
-    keep(&coarse, 0, &run)?;
+    keep(&coarse, 0, &mut run)?;
     let ratio = run.settings.spacing / job.scene.sim.spacing;
     let most = (bounds_at_start(&job.scene.sim).iter())
         .filter(|bound| !bound.lifted && bound.limit != Limit::Cfl)

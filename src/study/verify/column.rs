@@ -131,9 +131,9 @@ fn rest(name: &str, lower: Real, end: Real) -> Result<Rest, StudyError> {
     simulation
         .advance_to(end, |_| {})
         .map_err(StudyError::run(name))?;
-    let fluid = &simulation.fluid;
-    let rows = fluid.position.iter().zip(&fluid.pressure);
-    let mut rows: Vec<_> = rows.map(|(x, p)| [x.z, p[0]]).collect();
+    let pressure = simulation.pressure();
+    let rows = simulation.fluid.position.iter().zip(pressure);
+    let mut rows: Vec<_> = rows.map(|(x, p)| [x.z, p]).collect();
     rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
     // The top row lies half a spacing under the surface.
     let top = &rows[rows.len() - (WIDTH * WIDTH) as usize..];
