@@ -39,9 +39,7 @@ pub(super) struct BoneBrick {
     pub(super) phi: Box<[f32; 512]>,
     /// `place` of every node.
     pub(super) place: Box<[u8; 512]>,
-    /// Nodes' worth of bone, shell and struts, by sub-voxel fraction.
-    pub(super) bone: Real,
-    /// Nodes' worth of shell.
+    /// Nodes' worth of shell, by sub-voxel fraction.
     pub(super) shell: Real,
     /// What is inside the shell, by region and class of asked porosity.
     pub(super) tallies: Vec<[Tally; CLASSES]>,
@@ -226,7 +224,6 @@ impl Filler<'_> {
             first,
             phi: Box::new([self.grid.background; 512]),
             place: Box::new([place::ELSEWHERE; 512]),
-            bone: 0.0,
             shell: 0.0,
             tallies: vec![[Tally::default(); CLASSES]; self.settings.regions.len()],
         };
@@ -234,10 +231,6 @@ impl Filler<'_> {
             let step = [octant >> 2 & 1, octant >> 1 & 1, octant & 1];
             self.octant(&mut brick, step, &triangles, &struts, &openings, depth);
         }
-        let solid = brick.phi.iter();
-        brick.bone = solid
-            .map(|phi| solid_share(Real::from(*phi), self.grid.voxel))
-            .sum();
         Some(brick)
     }
 

@@ -16,6 +16,12 @@ const MAX_CELLS: Real = 2e7;
 /// holds one (√3 periods reach across it).
 const REACH: Real = 3.5;
 
+/// Edge of a block of lattice cells that is told as a whole from the distance of its middle.
+const BLOCK: i64 = 4;
+
+/// Nearly all nodes that are not joined to one are refused for one of so many that are nearest to it.
+const NEAREST: usize = 16;
+
 /// Struts differ in thickness by this share, up and down.
 const UNEVEN: Real = 0.2;
 
@@ -54,6 +60,19 @@ impl Nodes {
             }
             let seed = settings.seed.wrapping_add(region as u64);
             let count = extent.map(|e| (e / period).ceil() as i64 + 3);
+            let blocks = Blocks::of([count.x, count.y, count.z], |cell: Vec3| {
+                let depth = distance.signed(&(bounds.min + cell.add_scalar(-0.5) * period));
+                // From the middle of the block to where a node of it can be.
+                let radius = 0.5 * (BLOCK - 1) as Real + settings.jitter;
+                let radius = radius * period * libm::sqrt(3.0) * (1.0 + 1e-9);
+                if depth > REACH * period + radius {
+                    Side::Far
+                } else if depth < -radius {
+                    Side::Inside
+                } else {
+                    Side::Near
+                }
+            });
             let of_region: Vec<Node> = (0..count.x * count.y * count.z)
                 .into_par_iter()
                 .filter_map(|c| {
@@ -63,10 +82,14 @@ impl Nodes {
                             let stray = 2.0 * hash_unit(seed, cell, axis as u64) - 1.0;
                             (cell[axis] as Real - 0.5 + settings.jitter * stray) * period
                         });
-                    if sources.region_at(settings, &position) != region {
+                    let side = blocks.side(cell);
+                    if side == Side::Far || sources.region_at(settings, &position) != region {
                         return None;
                     }
-                    let depth = distance.signed(&position);
+                    let depth = match side {
+                        Side::Near => distance.signed(&position),
+                        _ => Real::NEG_INFINITY,
+                    };
                     (depth < REACH * period).then_some(Node {
                         position,
                         region,
@@ -132,7 +155,10 @@ impl Nodes {
             .map(|j| (far(j as usize), j as usize))
             .filter(|&(_, j)| j != i)
             .collect();
-        around.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let order = |a: &(Real, usize), b: &(Real, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if around.len() > NEAREST {
+            around.select_nth_unstable_by(NEAREST, order);
+        }
         let owned = |j: usize| {
             let other = &self.all[j];
             let coarser = other.period < node.period || other.period == node.period && i < j;
@@ -140,13 +166,15 @@ impl Nodes {
         };
         let free = |&&(square, j): &&(Real, usize)| {
             let to = &self.all[j].position;
-            let nearer = around.iter().take_while(|(near, _)| *near < square);
+            let nearer = around.iter().filter(|(near, _)| *near < square);
             nearer
                 .map(|&(_, k)| (self.all[k].position - to).norm_squared())
                 .all(|across| across >= square)
         };
         let candidates = around.iter().filter(|&&(_, j)| owned(j));
-        candidates.filter(free).map(|&(_, j)| j).collect()
+        let mut joined: Vec<(Real, usize)> = candidates.filter(free).copied().collect();
+        joined.sort_unstable_by(order);
+        joined.into_iter().map(|(_, j)| j).collect()
     }
 
     fn strut(&self, joint: &Joint, vertical: Real) -> (usize, Strut) {
@@ -161,6 +189,45 @@ impl Nodes {
                 radius: [(1.0 + (vertical - 1.0) * joint.upright) * uneven; 2],
             },
         )
+    }
+}
+
+/// Where a block of lattice cells lies.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    /// No node of it can hold a strut.
+    Far,
+    /// All its nodes are inside the bone.
+    Inside,
+    /// Neither is certain.
+    Near,
+}
+
+/// The blocks of a lattice of cells.
+struct Blocks {
+    count: [i64; 3],
+    sides: Vec<Side>,
+}
+
+impl Blocks {
+    /// Of a lattice of `count` cells, told by the places of the blocks' middles, in cells.
+    fn of(count: [i64; 3], side: impl Fn(Vec3) -> Side + Sync) -> Self {
+        let count = count.map(|cells| (cells + BLOCK - 1) / BLOCK);
+        let [_, y, z] = count;
+        let middle = |block: i64| {
+            let first = [block / (y * z), block / z % y, block % z].map(|b| (b * BLOCK) as Real);
+            Vec3::from(first).add_scalar(0.5 * (BLOCK - 1) as Real)
+        };
+        let all = (0..count.iter().product()).into_par_iter();
+        Self {
+            count,
+            sides: all.map(|block| side(middle(block))).collect(),
+        }
+    }
+
+    fn side(&self, cell: [i64; 3]) -> Side {
+        let [x, y, z] = cell.map(|c| c / BLOCK);
+        self.sides[((x * self.count[1] + y) * self.count[2] + z) as usize]
     }
 }
 

@@ -116,11 +116,9 @@ pub(super) fn measure(
     spacing: Real,
 ) -> BoneReport {
     let cell = voxel * voxel * voxel;
-    let mut bone = 0.0;
     let mut shell = 0.0;
     let mut tallies = vec![[Tally::default(); CLASSES]; settings.regions.len()];
     for brick in bricks {
-        bone += brick.bone;
         shell += brick.shell;
         for (total, of_brick) in tallies.iter_mut().zip(&brick.tallies) {
             for (total, class) in total.iter_mut().zip(of_brick) {
@@ -128,6 +126,7 @@ pub(super) fn measure(
             }
         }
     }
+    let struts_below: Real = tallies.iter().flatten().map(|class| class.solid).sum();
     let pores = Pores::new(bricks, voxel);
     let all_pores = pores.open();
     let bones = pores.masks(|phi, _| phi <= 0.0);
@@ -202,7 +201,7 @@ pub(super) fn measure(
     });
     let reach = reach.collect();
     BoneReport {
-        bone_volume: bone * cell,
+        bone_volume: (shell + struts_below) * cell,
         shell_volume: shell * cell,
         struts: network.count,
         bone_connected: 1.0 - share_in(&loose, &bones),

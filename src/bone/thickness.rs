@@ -131,28 +131,23 @@ pub(super) fn solve(
     }
 
     let mut classes = Classes::new(&sorted);
-    let of_point: Vec<usize> = wanted.iter().map(|p| classes.of(*p)).collect();
-    for class in 0..classes.porosity.len() {
-        let mine = of_point
-            .iter()
-            .zip(&distances)
-            .filter(|(c, _)| **c == class);
-        let mut mine: Vec<Real> = mine.map(|(_, d)| *d).collect();
+    let mut of_class: Vec<Vec<usize>> = vec![Vec::new(); classes.porosity.len()];
+    for (point, porosity) in wanted.iter().enumerate() {
+        of_class[classes.of(*porosity)].push(point);
+    }
+    for (class, mine) in of_class.iter().enumerate() {
+        let mut mine: Vec<Real> = mine.iter().map(|&point| distances[point]).collect();
         classes.radius[class] = quantile(classes.porosity[class], &mut mine);
     }
     let thick = |classes: &Classes| -> Vec<Strut> {
         let radius = |x: &Vec3| classes.radius_for(asked(x).unwrap_or(1.0));
         struts.iter().map(|s| s.thick(radius)).collect()
     };
-    let judges: Vec<Vec<(Vec3, bool)>> = (0..classes.porosity.len())
-        .map(|class| {
-            let mine = of_point.iter().zip(&samples.points);
-            let mine: Vec<_> = mine.filter(|(c, _)| **c == class).collect();
-            let every = mine.len().div_ceil(ENOUGH);
-            mine.iter()
-                .step_by(every)
-                .map(|(_, point)| **point)
-                .collect()
+    let judges: Vec<Vec<(Vec3, bool)>> = of_class
+        .iter()
+        .map(|mine| {
+            let some = mine.iter().step_by(mine.len().div_ceil(ENOUGH));
+            some.map(|&point| samples.points[point]).collect()
         })
         .collect();
     let mut best = (Real::INFINITY, classes.radius.clone());
@@ -182,7 +177,7 @@ pub(super) fn solve(
     thick(&classes)
 }
 
-/// Classes of points: mean porosity asked and radius that makes it.
+/// Classes of points: mean porosity asked and radius that makes it. None is empty: each begins at what a point asks for.
 struct Classes {
     /// Upper ends but the last.
     ends: Vec<Real>,
@@ -211,14 +206,13 @@ impl Classes {
             radius: vec![0.0; ends.len() + 1],
             ends,
         };
-        let mut count = vec![0.0; classes.porosity.len()];
-        for porosity in sorted {
-            let class = classes.of(*porosity);
-            classes.porosity[class] += porosity;
-            count[class] += 1.0;
-        }
-        for (porosity, count) in classes.porosity.iter_mut().zip(count) {
-            *porosity /= count;
+        let mut rest = sorted;
+        for (class, mean) in classes.porosity.iter_mut().enumerate() {
+            let end = classes.ends.get(class);
+            let count = end.map_or(rest.len(), |end| rest.partition_point(|p| p < end));
+            let (mine, after) = rest.split_at(count);
+            *mean = mine.iter().sum::<Real>() / count as Real;
+            rest = after;
         }
         classes
     }

@@ -160,18 +160,18 @@ const PAIRED: [Limb; 9] = [
         [15.5, 21.0, 4.5],
         [4.6, 5.0, 7.0],
     ),
-    // Superior articular process: a thick blade that leans out and back, and the mamillary process on its edge.
+    // Superior articular process, whose joint is taken out of it, and the mamillary process on its edge.
     limb(
         [15.5, 22.0, 5.5],
         [5.2, 5.5, 6.5],
-        [18.5, 29.0, 14.5],
-        [3.4, 7.4, 6.2],
+        [16.6, 28.0, 14.0],
+        [6.4, 7.4, 7.0],
     ),
     limb(
-        [19.0, 29.5, 10.0],
-        [3.4, 5.0, 5.0],
-        [20.0, 33.5, 9.0],
-        [2.8, 3.0, 4.0],
+        [19.5, 29.5, 10.5],
+        [3.6, 5.0, 5.5],
+        [20.5, 33.5, 9.5],
+        [3.0, 3.2, 4.5],
     ),
     // Isthmus between the articular processes.
     limb(
@@ -243,6 +243,15 @@ const MEDIAN: [Limb; 4] = [
     ),
 ];
 
+/// Where the left inferior process of the next vertebra stands in its joint, with room for the cartilage: the superior
+/// articular process is the cup in front of and beside it.
+const JOINT: Limb = limb(
+    [12.2, 34.0, 13.0],
+    [5.4, 6.2, 6.5],
+    [11.6, 33.0, 28.0],
+    [5.4, 6.2, 6.5],
+);
+
 /// How far apart [mm] two parts begin to flow into each other.
 const LIMB_BLEND: Real = 2.6;
 const BODY_BLEND: Real = 5.0;
@@ -273,6 +282,7 @@ fn arch(p: &Vec3) -> Real {
     let arch = limbs
         .chain(spine)
         .fold(40.0, |d, limb| smooth_min(d, limb, LIMB_BLEND));
+    let arch = -smooth_min(-arch, JOINT.distance(&left), 1.5);
     -smooth_min(-arch, canal(p), 2.0)
 }
 

@@ -37,8 +37,11 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         solid.grids.extend(mesh_solid(&mesh, sim.spacing).grids);
         walls.append(&mesh);
     }
+    let mut built = None;
     if let Some(bone) = &scene.bone {
-        solid.grids.push(build(job, bone, observer)?);
+        let (grid, outer) = build(job, bone, observer)?;
+        solid.grids.push(grid);
+        built = Some((bone, outer));
     }
     let mut tubes = TriMesh::default();
     for shape in &scene.shapes {
@@ -66,9 +69,18 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         region.min[axis] -= support;
         region.max[axis] += support;
     }
-    let particles = solid::wall_particles(&solid, &region, sim.spacing, wall_depth(sim));
-    cache::write_walls(&job.folder.walls(), &particles)?;
-    cache::write_solid(&job.folder.solid(), &solid)?;
+    let fill = || -> Result<(), FlowError> {
+        let particles = solid::wall_particles(&solid, &region, sim.spacing, wall_depth(sim));
+        cache::write_walls(&job.folder.walls(), &particles)?;
+        Ok(cache::write_solid(&job.folder.solid(), &solid)?)
+    };
+    let picture = || match (&built, solid.grids.last()) {
+        (Some((bone, outer)), Some(grid)) => picture(job, bone, outer, grid),
+        _ => Ok(()),
+    };
+    // Neither needs the other, and both are one thread's work in parts.
+    let (filled, pictured) = rayon::join(fill, picture);
+    filled.and(pictured)?;
     fillings::build(job, observer)?;
     movers::build(job, observer)
 }
@@ -87,8 +99,17 @@ pub(super) fn mesh_solid(mesh: &TriMesh, spacing: Real) -> Solid {
     }
 }
 
-/// The inside of the bone; its report and its meshes go to the folder.
-fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGrid, FlowError> {
+/// What of a bone no particle can touch is not built.
+fn touched(sim: &SimSettings) -> Aabb {
+    sim.domain.grown((sim.support_ratio + 1.0) * sim.spacing)
+}
+
+/// The inside of the bone and its outer surface; its report goes to the folder.
+fn build(
+    job: &Job,
+    bone: &Bone,
+    observer: &mut Observer<'_>,
+) -> Result<(BrickGrid, TriMesh), FlowError> {
     let sim = &job.scene.sim;
     let path = &bone.file.path;
     let read::Read {
@@ -98,9 +119,7 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
         sources,
     } = read::read(bone, observer)?;
     let mut settings = bone.settings.clone();
-    // What no particle can touch is not built.
-    let touched = sim.domain.grown((sim.support_ratio + 1.0) * sim.spacing);
-    settings.within = Some(touched);
+    settings.within = Some(touched(sim));
     let built = bone::build(
         &outer,
         &distance,
@@ -151,16 +170,21 @@ fn build(job: &Job, bone: &Bone, observer: &mut Observer<'_>) -> Result<BrickGri
     });
     let report = json!({ "frame": frame, "made": built.report });
     cache::write_json(&job.folder.bone_report(), &report)?;
-    let tip = bone.channels.first().map(|c| c.base + c.axis * c.length);
-    let through = tip.unwrap_or_else(|| outer.bounds().centre());
-    let picture = slices::draw(&built.solid, &outer, &touched, &through, sim.spacing);
-    slices::write(&job.folder.bone_slices(), &picture)?;
     let throats = throats::plot(&built.report).to_png();
     cache::write(&job.folder.bone_throats(), &throats)?;
-    write_mesh(&job.folder.bone_mesh(), &outer)?;
-    let inside = draw(&built.solid, &outer.bounds(), &sim.domain, sim.spacing);
-    write_mesh(&job.folder.inside_mesh(), &inside)?;
-    Ok(built.solid)
+    Ok((built.solid, outer))
+}
+
+/// Slices and meshes of a bone, to look at.
+fn picture(job: &Job, bone: &Bone, outer: &TriMesh, solid: &BrickGrid) -> Result<(), FlowError> {
+    let sim = &job.scene.sim;
+    let tip = bone.channels.first().map(|c| c.base + c.axis * c.length);
+    let through = tip.unwrap_or_else(|| outer.bounds().centre());
+    let picture = slices::draw(solid, outer, &touched(sim), &through, sim.spacing);
+    slices::write(&job.folder.bone_slices(), &picture)?;
+    write_mesh(&job.folder.bone_mesh(), outer)?;
+    let inside = draw(solid, &outer.bounds(), &sim.domain, sim.spacing);
+    write_mesh(&job.folder.inside_mesh(), &inside)
 }
 
 /// The surface of everything solid in a bone, where the domain is.

@@ -162,6 +162,7 @@ fn split(mask: &BrickMask) -> Vec<BrickMask> {
         piece[x] = 1 << rest[x].trailing_zeros();
         loop {
             let mut grown = piece;
+            let mut new = 0;
             for x in 0..8 {
                 let p = piece[x];
                 let mut g = p | p << 8 | p >> 8 | (p & !Z_HIGH) << 1 | (p & !Z_LOW) >> 1;
@@ -173,8 +174,9 @@ fn split(mask: &BrickMask) -> Vec<BrickMask> {
                     g |= piece[x + 1];
                 }
                 grown[x] = g & rest[x];
+                new |= grown[x] ^ piece[x];
             }
-            if grown == piece {
+            if new == 0 {
                 break;
             }
             piece = grown;

@@ -12,48 +12,43 @@ impl BrickNeighbours {
         let mut masks = masks.to_vec();
         for step in 0..steps {
             if step % 2 == 0 {
-                let along = [0, 1, 2].map(|axis| self.spread(&masks, axis));
                 let all = |b: usize| {
-                    std::array::from_fn(|x| along[0][b][x] | along[1][b][x] | along[2][b][x])
+                    let along = [0, 1, 2].map(|axis| self.spread(&masks, axis, b));
+                    std::array::from_fn(|x| along[0][x] | along[1][x] | along[2][x])
                 };
                 masks = (0..masks.len()).into_par_iter().map(all).collect();
             } else {
                 for axis in 0..3 {
-                    masks = self.spread(&masks, axis);
+                    let grown = |b: usize| self.spread(&masks, axis, b);
+                    masks = (0..masks.len()).into_par_iter().map(grown).collect();
                 }
             }
         }
         masks
     }
 
-    /// Grown by a node up and down an axis.
-    fn spread(&self, masks: &[BrickMask], axis: usize) -> Vec<BrickMask> {
+    /// The marked nodes of brick `b`, grown by a node up and down an axis.
+    fn spread(&self, masks: &[BrickMask], axis: usize, b: usize) -> BrickMask {
         let of = |b: u32| if b == NONE { [0; 8] } else { masks[b as usize] };
-        let brick = |b: usize| {
-            let here = masks[b];
-            let before = of(self.before[b][axis]);
-            let after = of(self.after[b][axis]);
-            if [here, before, after] == [[0; 8]; 3] {
-                return here;
-            }
-            std::array::from_fn(|x| {
-                let w = here[x];
-                w | match axis {
-                    0 => {
-                        let low = if x > 0 { here[x - 1] } else { before[7] };
-                        low | if x < 7 { here[x + 1] } else { after[0] }
-                    }
-                    1 => w << 8 | before[x] >> 56 | w >> 8 | after[x] << 56,
-                    _ => {
-                        (w & !(Z_LOW << 7)) << 1
-                            | before[x] >> 7 & Z_LOW
-                            | (w & !Z_LOW) >> 1
-                            | (after[x] & Z_LOW) << 7
-                    }
+        let here = masks[b];
+        let before = of(self.before[b][axis]);
+        let after = of(self.after[b][axis]);
+        std::array::from_fn(|x| {
+            let w = here[x];
+            w | match axis {
+                0 => {
+                    let low = if x > 0 { here[x - 1] } else { before[7] };
+                    low | if x < 7 { here[x + 1] } else { after[0] }
                 }
-            })
-        };
-        (0..masks.len()).into_par_iter().map(brick).collect()
+                1 => w << 8 | before[x] >> 56 | w >> 8 | after[x] << 56,
+                _ => {
+                    (w & !(Z_LOW << 7)) << 1
+                        | before[x] >> 7 & Z_LOW
+                        | (w & !Z_LOW) >> 1
+                        | (after[x] & Z_LOW) << 7
+                }
+            }
+        })
     }
 }
 
