@@ -207,3 +207,71 @@ impl PressureOperator<'_> {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Aabb, Stream};
+    use crate::sph::{Domain, Kernel, MovingWalls, WallParticles, Walls};
+
+    /// A periodic box of `cells`³ particles, each up to `jitter` spacings off its place, all drawn out by `scale`.
+    fn packed(cells: u32, jitter: Real, scale: Real, support: Real) -> Neighbourhood {
+        let mut random = Stream::new(3, "packed");
+        let side = Real::from(cells);
+        let places = (0..cells).flat_map(|x| (0..cells).map(move |y| (x, y)));
+        let position: Vec<Vec3> = places
+            .flat_map(|(x, y)| (0..cells).map(move |z| Vec3::new(x.into(), y.into(), z.into())))
+            .map(|x| (x + random.cube() * jitter) * scale)
+            .collect();
+        let kernel = Kernel::new(support);
+        let domain = Domain {
+            bounds: Aabb {
+                min: Vec3::repeat(-0.5 * scale),
+                max: Vec3::repeat((side - 0.5) * scale),
+            },
+            periodic: [true; 3],
+        };
+        let none = WallParticles::default();
+        let walls = Walls::new(none, &kernel, &domain, |_| 0.0);
+        Neighbourhood::new(
+            &position,
+            1.0,
+            &kernel,
+            &domain,
+            &walls,
+            &MovingWalls::default(),
+            |_| (10.0, Vec3::z()),
+        )
+    }
+
+    /// Virtual work: what Σ k V ψ gains when all is drawn out is −P dV, on any packing and of any k.
+    #[test]
+    fn mean_stress_is_the_work_of_a_change_of_volume() {
+        let near = packed(9, 0.3, 1.0, 2.4);
+        let mut random = Stream::new(4, "multiplier");
+        let k: Vec<Real> = (0..near.len()).map(|_| 0.5 + random.unit()).collect();
+        let small = 1e-4;
+        let energy = |scale: Real| -> Real {
+            let drawn = packed(9, 0.3, scale, 2.4);
+            k.iter()
+                .zip(&drawn.compression)
+                .map(|(k, psi)| k * psi)
+                .sum()
+        };
+        let gained = (energy(1.0 + small) - energy(1.0 - small)) / (2.0 * small);
+        let stress = PressureOperator { near: &near }.mean_stress(&k);
+        let work: Real = stress.iter().sum::<Real>() * -3.0;
+        assert!((work / gained - 1.0).abs() < 1e-4, "{work} {gained}");
+    }
+
+    #[test]
+    fn a_lattice_presses_with_its_trace() {
+        for (support, trace) in [(2.0, 1.0201), (2.4, 0.9809)] {
+            let near = packed(9, 0.0, 1.0, support);
+            let stress = PressureOperator { near: &near }.mean_stress(&vec![7.0; near.len()]);
+            for p in stress {
+                assert!((p / 7.0 - trace).abs() < 1e-4, "{p}");
+            }
+        }
+    }
+}
