@@ -3,7 +3,7 @@
 //! Pair terms are kept in f32 relative to the pair (exactly antisymmetric, so that momentum is kept) and
 //! summed in f64.
 
-use super::{Cells, Domain, Kernel, MovingWalls, Rows, Walls};
+use super::{Cells, Domain, Kernel, MovingWalls, Rows, WallParticles, Walls};
 use crate::math::{Mat3, Real, Sym3, Vec3};
 use rayon::prelude::*;
 
@@ -131,6 +131,20 @@ impl Neighbourhood {
         let mut near = Self::default();
         near.rebuild(position, spacing, kernel, domain, walls, moving, standing);
         near
+    }
+
+    /// Fluid alone, with no walls anywhere.
+    pub fn without_walls(
+        position: &[Vec3],
+        spacing: Real,
+        kernel: &Kernel,
+        domain: &Domain,
+    ) -> Self {
+        let walls = Walls::new(WallParticles::default(), kernel, domain, |_| 0.0);
+        let moving = MovingWalls::default();
+        Self::new(position, spacing, kernel, domain, &walls, &moving, |_| {
+            (Real::INFINITY, Vec3::z())
+        })
     }
 
     /// The same in the memory of the pairs that were here.

@@ -212,7 +212,7 @@ impl PressureOperator<'_> {
 mod tests {
     use super::*;
     use crate::math::{Aabb, Stream};
-    use crate::sph::{Domain, Kernel, MovingWalls, WallParticles, Walls};
+    use crate::sph::{Domain, Kernel};
 
     /// A periodic box of `cells`³ particles, each up to `jitter` spacings off its place, all drawn out by `scale`.
     fn packed(cells: u32, jitter: Real, scale: Real, support: Real) -> Neighbourhood {
@@ -231,17 +231,7 @@ mod tests {
             },
             periodic: [true; 3],
         };
-        let none = WallParticles::default();
-        let walls = Walls::new(none, &kernel, &domain, |_| 0.0);
-        Neighbourhood::new(
-            &position,
-            1.0,
-            &kernel,
-            &domain,
-            &walls,
-            &MovingWalls::default(),
-            |_| (10.0, Vec3::z()),
-        )
+        Neighbourhood::without_walls(&position, 1.0, &kernel, &domain)
     }
 
     /// Virtual work: what Σ k V ψ gains when all is drawn out is −P dV, on any packing and of any k.

@@ -185,7 +185,7 @@ mod tests {
     use super::*;
     use crate::math::Aabb;
     use crate::sph::operators::{Mean, velocity_gradient, viscous_force};
-    use crate::sph::{Domain, Kernel, MovingWalls, PressureOperator, WallParticles, Walls};
+    use crate::sph::{Domain, Kernel, PressureOperator};
 
     const STRAIN: [Real; 3] = [1.4, 0.7, 1.0 / (1.4 * 0.7)];
 
@@ -217,14 +217,6 @@ mod tests {
         )
     }
 
-    fn near(position: &[Vec3], domain: &Domain, kernel: &Kernel) -> Neighbourhood {
-        let walls = Walls::new(WallParticles::default(), kernel, domain, |_| 0.0);
-        let moving = MovingWalls::default();
-        Neighbourhood::new(position, 1.0, kernel, domain, &walls, &moving, |_| {
-            (Real::INFINITY, Vec3::z())
-        })
-    }
-
     /// Particles more than a support radius from the seam, where a linear field jumps.
     fn inner(position: &[Vec3], domain: &Domain) -> Vec<usize> {
         let inside = |x: &Vec3| (0..3).all(|a| x[a] > 2.5 && x[a] < domain.bounds.max[a] - 2.5);
@@ -246,7 +238,7 @@ mod tests {
                 .map(|&i| (rate[i] / near.rest_volume).abs())
                 .fold(0.0, Real::max)
         };
-        let mut near = near(&position, &domain, &kernel);
+        let mut near = Neighbourhood::without_walls(&position, 1.0, &kernel, &domain);
         let plain = worst(&near);
         near.straighten(true);
         assert!(
@@ -270,7 +262,7 @@ mod tests {
                     .iter()
                     .map(|x| Vec3::x() * (x[axis] * x[axis]))
                     .collect();
-                let mut near = near(&position, &domain, &kernel);
+                let mut near = Neighbourhood::without_walls(&position, 1.0, &kernel, &domain);
                 let eta = vec![1.0; position.len()];
                 let of = |near: &Neighbourhood| {
                     let force = viscous_force(near, &eta, Mean::Arithmetic, &curved, false);
@@ -290,7 +282,7 @@ mod tests {
     #[test]
     fn pairs_stay_equal_and_opposite() {
         let (position, domain, kernel) = strained(0.1);
-        let mut near = near(&position, &domain, &kernel);
+        let mut near = Neighbourhood::without_walls(&position, 1.0, &kernel, &domain);
         near.straighten(true);
         for i in 0..near.len() {
             for pair in near.pairs(i) {

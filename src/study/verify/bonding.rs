@@ -5,7 +5,7 @@ use super::{Bench, Case, Figure, Goal, Measured, StudyError};
 use crate::fluid::{FluidParticles, bonding};
 use crate::math::{Real, Vec3};
 use crate::report::{Axis, Plot};
-use crate::sph::{Domain, Kernel, MovingWalls, Neighbourhood, WallParticles, Walls};
+use crate::sph::{Domain, Kernel, Neighbourhood};
 use crate::study::scenes::{boxed, newtonian};
 
 pub(super) const CASE: Case = Case {
@@ -77,16 +77,7 @@ fn lattices() -> Vec<Row> {
             let x = Vec3::from(place.map(|p| Real::from(p) + 0.5));
             fluid.push(x, Vec3::zeros(), 0.0, k as u32, 0);
         }
-        let walls = Walls::new(WallParticles::default(), &kernel, &domain, |_| 0.0);
-        let near = Neighbourhood::new(
-            &fluid.position,
-            1.0,
-            &kernel,
-            &domain,
-            &walls,
-            &MovingWalls::default(),
-            |_| (Real::INFINITY, Vec3::zeros()),
-        );
+        let near = Neighbourhood::without_walls(&fluid.position, 1.0, &kernel, &domain);
         // Σ_{j≠i} V₀ W over the lattice, exactly.
         let mut others = 0.0;
         for x in -3..=3_i32 {
