@@ -6,7 +6,7 @@
 //! set decides.
 
 use super::minres::Packed;
-use crate::math::{Real, Vec3};
+use crate::math::{Real, Scalar, Vec3};
 
 /// A particle near a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,15 +20,15 @@ pub struct Contact {
 }
 
 impl Contact {
-    fn along(&self, rows: &[Packed]) -> Real {
-        let row = &rows[self.particle as usize];
-        self.normal.x * row[0] + self.normal.y * row[1] + self.normal.z * row[2]
+    fn along<T: Scalar>(&self, rows: &[Packed<T>]) -> Real {
+        let [x, y, z, _] = rows[self.particle as usize].map(Into::into);
+        self.normal.x * x + self.normal.y * y + self.normal.z * z
     }
 
-    fn add(&self, rows: &mut [Packed], along: Real) {
+    fn add<T: Scalar>(&self, rows: &mut [Packed<T>], along: Real) {
         let row = &mut rows[self.particle as usize];
         for axis in 0..3 {
-            row[axis] += self.normal[axis] * along;
+            row[axis] = T::of(row[axis].into() + self.normal[axis] * along);
         }
     }
 }
@@ -58,13 +58,8 @@ impl Contacts {
         all.filter_map(|(contact, &held)| held.then_some(contact))
     }
 
-    /// Whether any particle is held.
-    pub(super) fn any(&self) -> bool {
-        self.held.contains(&true)
-    }
-
     /// Takes what lies along the normals out.
-    pub(super) fn take_out(&self, rows: &mut [Packed]) {
+    pub(super) fn take_out<T: Scalar>(&self, rows: &mut [Packed<T>]) {
         for contact in self.held() {
             let along = contact.along(rows);
             contact.add(rows, -along);

@@ -215,22 +215,23 @@ impl<'a> CoupledSolver<'a> {
             .collect();
         // The first guess decides the cost: a set that starts too small grows ring by ring.
         self.active = vec![false; n];
-        let s = self.constraint(&x);
-        let guess = self.momentum_residual(&self.surplus(&x));
+        let mut image = self.image(&x);
+        let guess = self.momentum_residual(&self.surplus(&image));
         let slack = SLACK * self.problem.near.spacing / self.problem.dt;
         self.contacts = Contacts::new(std::mem::take(&mut self.problem.contacts), slack, &x);
         let velocity_goal = goal
             .velocity
             .min((REDUCTION * guess).max(1e-3 * goal.velocity));
         let closed = self.problem.closed;
+        let s = |i: usize| self.source[i] + image[i][3];
         let mut active: Vec<bool> = (0..n)
             .map(|i| {
                 closed
                     || x[i][3] > 0.0
                     || if cold {
-                        full(i) || s[i] > 0.0
+                        full(i) || s(i) > 0.0
                     } else {
-                        s[i] > 0.0 && full(i)
+                        s(i) > 0.0 && full(i)
                     }
             })
             .collect();
@@ -241,30 +242,25 @@ impl<'a> CoupledSolver<'a> {
                     x[i][3] = 0.0;
                 }
             }
-            let mut b: Vec<Packed> = (0..n)
+            self.contacts.take_out(&mut x);
+            self.contacts.impose(&mut x);
+            image = self.image(&x);
+            let mut residual: Vec<Packed> = (0..n)
                 .map(|i| {
-                    let f = self.force[i];
-                    [f.x, f.y, f.z, if active[i] { -self.source[i] } else { 0.0 }]
+                    let (f, a) = (self.force[i], image[i]);
+                    let s = if active[i] {
+                        -(self.source[i] + a[3])
+                    } else {
+                        0.0
+                    };
+                    [f.x - a[0], f.y - a[1], f.z - a[2], s]
                 })
                 .collect();
-            let held = self.contacts.any();
-            if held {
-                let mut imposed = vec![[0.0; 4]; n];
-                self.contacts.impose(&mut imposed);
-                let mut image = vec![[0.0; 4]; n];
-                self.whole(&imposed, &mut image);
-                for (b, image) in b.iter_mut().zip(&image) {
-                    for c in 0..4 {
-                        b[c] -= image[c];
-                    }
-                }
-                self.contacts.take_out(&mut b);
-                self.contacts.take_out(&mut x);
-            }
-            self.level(&mut b);
-            let norms = |r: &[Packed]| {
+            self.level(&mut residual);
+            self.contacts.take_out(&mut residual);
+            let norms = |r: &[Packed<f32>]| {
                 let [strain, speed, balance] = ordered_sums(n, |i| {
-                    let [x, y, z, s] = r[i];
+                    let [x, y, z, s] = r[i].map(Real::from);
                     let inverse = self.inverse[i];
                     [s * s, (x * x + y * y + z * z) * (inverse * inverse), s]
                 });
@@ -277,7 +273,8 @@ impl<'a> CoupledSolver<'a> {
             };
             let finest = [goal.strain_rate, velocity_goal, goal.balance];
             let mut target = None;
-            let iterations = minres::solve(&*self, &b, &mut x, MOST_INNER, |r| {
+            let residual = residual.iter().map(|r| r.map(|r| r as f32)).collect();
+            let (correction, iterations) = minres::solve(&*self, residual, MOST_INNER, |r| {
                 let left = norms(r);
                 let target = *target.get_or_insert_with(|| {
                     std::array::from_fn::<Real, 3, _>(|k| (LOOSE * left[k]).max(0.7 * finest[k]))
@@ -288,32 +285,34 @@ impl<'a> CoupledSolver<'a> {
             });
             outcome.iterations += iterations;
             outcome.outers += 1;
-            if held {
-                self.contacts.take_out(&mut x);
-                self.contacts.impose(&mut x);
+            for (x, correction) in x.iter_mut().zip(&correction) {
+                for (x, correction) in x.iter_mut().zip(correction) {
+                    *x += Real::from(*correction);
+                }
             }
             if !closed {
                 for value in &mut x {
                     value[3] = value[3].max(0.0);
                 }
             }
-            let s = self.constraint(&x);
+            image = self.image(&x);
+            let s = |i: usize| self.source[i] + image[i][3];
             let mean = if closed {
-                ordered_sum(n, |i| s[i]) / n as Real
+                ordered_sum(n, s) / n as Real
             } else {
                 0.0
             };
             let left = |i: usize| {
                 if closed || x[i][3] > 0.0 {
-                    s[i] - mean
+                    s(i) - mean
                 } else {
-                    s[i].max(0.0)
+                    s(i).max(0.0)
                 }
             };
             outcome.strain_rate =
                 (ordered_sum(n, |i| left(i) * left(i)) / n as Real).sqrt() / volume;
             outcome.balance = ordered_sum(n, left).abs();
-            let mut surplus = self.surplus(&x);
+            let mut surplus = self.surplus(&image);
             let changed = outcome.outers < MOST_CHANGES && self.contacts.decide(&x, &surplus);
             self.contacts.take_out(&mut surplus);
             outcome.velocity = self.momentum_residual(&surplus);
@@ -327,23 +326,13 @@ impl<'a> CoupledSolver<'a> {
             if closed {
                 continue;
             }
-            active = (0..n).map(|i| x[i][3] > 0.0 || s[i] > 0.0).collect();
+            active = (0..n).map(|i| x[i][3] > 0.0 || s(i) > 0.0).collect();
         }
         for i in 0..n {
             velocity[i] = Vec3::new(x[i][0], x[i][1], x[i][2]);
             pressure[i] = x[i][3];
         }
         outcome
-    }
-
-    /// Takes the mean out of the pressure rows of a closed body.
-    pub(super) fn level(&self, rows: &mut [Packed]) {
-        if self.problem.closed {
-            let mean = ordered_sum(rows.len(), |i| rows[i][3]) / rows.len() as Real;
-            for row in rows {
-                row[3] -= mean;
-            }
-        }
     }
 
     /// Takes a new set F: C, the coarse level.
@@ -374,36 +363,15 @@ impl<'a> CoupledSolver<'a> {
         });
     }
 
-    /// s = c + Pᵀv − C k on all particles [m³/s].
-    fn constraint(&self, x: &[Packed]) -> Vec<Real> {
-        let velocity: Vec<Vec3> = x.iter().map(|p| Vec3::new(p[0], p[1], p[2])).collect();
-        let rate = PressureOperator {
-            near: self.problem.near,
-        }
-        .volume_rate(&velocity);
-        (0..x.len())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .map(|i| {
-                let pairs = self.drags.row(i).iter().zip(self.couplings.row(i));
-                let smooth: Real = pairs
-                    .map(|(p, c)| Real::from(c[3]) * (x[i][3] - x[p.j as usize][3]))
-                    .sum();
-                self.source[i] + rate[i] - smooth
-            })
-            .collect()
-    }
-
-    /// H v + P k less the forces [N].
-    fn surplus(&self, x: &[Packed]) -> Vec<Packed> {
-        let mut image = vec![[0.0; 4]; x.len()];
-        self.whole(x, &mut image);
-        for (row, force) in image.iter_mut().zip(&self.force) {
+    /// H v + P k less the forces [N], where `image` is of v and k.
+    fn surplus(&self, image: &[Packed]) -> Vec<Packed> {
+        let mut surplus = image.to_vec();
+        for (row, force) in surplus.iter_mut().zip(&self.force) {
             for axis in 0..3 {
                 row[axis] -= force[axis];
             }
         }
-        image
+        surplus
     }
 
     /// Root mean square of r_v/H_ii [m/s].

@@ -4,13 +4,14 @@
 use super::coupled::CoupledSolver;
 use super::minres::{Packed, Preconditioner};
 use crate::math::{Real, WideRows, widest_rows};
+use wide::f32x4;
 
 /// Interval of D⁻¹H on which the Chebyshev polynomial is small. H is diagonally dominant, so 2 bounds it.
-const LARGEST: Real = 2.0;
-const SMALLEST: Real = LARGEST / 20.0;
+const LARGEST: f32 = 2.0;
+const SMALLEST: f32 = LARGEST / 20.0;
 
-impl Preconditioner for CoupledSolver<'_> {
-    fn precondition(&self, r: &[Packed], z: &mut [Packed]) {
+impl Preconditioner<f32> for CoupledSolver<'_> {
+    fn precondition(&self, r: &[Packed<f32>], z: &mut [Packed<f32>]) {
         self.approximate(r, z);
         self.contacts.take_out(z);
     }
@@ -18,11 +19,17 @@ impl Preconditioner for CoupledSolver<'_> {
 
 impl CoupledSolver<'_> {
     /// With no particle held.
-    fn approximate(&self, r: &[Packed], z: &mut [Packed]) {
-        let by_cell = self.coarse.solve(|i| r[i][3]);
+    fn approximate(&self, r: &[Packed<f32>], z: &mut [Packed<f32>]) {
+        let by_cell = self.coarse.solve(|i| r[i][3].into());
+        let scaled: Vec<Packed<f32>> = r
+            .iter()
+            .zip(&self.inverse)
+            .map(|(r, &inverse)| r.map(|r| r * inverse as f32))
+            .collect();
         let approximate = Approximate {
             solver: self,
             r,
+            scaled: &scaled,
             by_cell: &by_cell,
         };
         widest_rows(&approximate, z);
@@ -33,37 +40,36 @@ impl CoupledSolver<'_> {
 /// The approximate inverse on its rows. `by_cell`: what the coarse level adds to the pressure.
 struct Approximate<'a> {
     solver: &'a CoupledSolver<'a>,
-    r: &'a [Packed],
+    r: &'a [Packed<f32>],
+    /// Each r over its H_ii.
+    scaled: &'a [Packed<f32>],
     by_cell: &'a [Real],
 }
 
-impl WideRows<Packed> for Approximate<'_> {
+impl WideRows<Packed<f32>> for Approximate<'_> {
     #[inline(always)]
-    fn fill(&self, first: usize, rows: &mut [Packed]) {
-        const CENTRE: Real = 0.5 * (LARGEST + SMALLEST);
-        const HALF: Real = 0.5 * (LARGEST - SMALLEST);
-        const RHO: Real = 1.0 / (2.0 * CENTRE / HALF - HALF / CENTRE);
+    fn fill(&self, first: usize, rows: &mut [Packed<f32>]) {
+        const CENTRE: f32 = 0.5 * (LARGEST + SMALLEST);
+        const HALF: f32 = 0.5 * (LARGEST - SMALLEST);
+        const RHO: f32 = 1.0 / (2.0 * CENTRE / HALF - HALF / CENTRE);
+        const FIRST: f32 = (1.0 + RHO * HALF / CENTRE) / CENTRE;
+        const SECOND: f32 = 2.0 * RHO / HALF;
         let (solver, r) = (self.solver, self.r);
-        let inverse = &solver.inverse;
         for (offset, row) in rows.iter_mut().enumerate() {
             let i = first + offset;
             // First Chebyshev step: scaled Jacobi, read off r where it is needed.
-            let mut pull = [0.0; 4];
+            let mut pull = f32x4::default();
             for pair in solver.drags.row(i) {
-                let j = pair.j as usize;
-                let c = Real::from(pair.drag) * inverse[j];
-                for (pull, r) in pull.iter_mut().zip(r[j]) {
-                    *pull += c * r;
-                }
+                pull += f32x4::splat(pair.drag) * f32x4::from(self.scaled[pair.j as usize]);
             }
+            let pull = pull.to_array();
+            let inverse = solver.inverse[i] as f32;
             for axis in 0..3 {
-                let start = inverse[i] / CENTRE * r[i][axis];
                 let rest = r[i][axis] * (1.0 - 1.0 / CENTRE) + pull[axis] / CENTRE;
-                row[axis] =
-                    (1.0 + RHO * HALF / CENTRE) * start + 2.0 * RHO / HALF * rest * inverse[i];
+                row[axis] = FIRST * self.scaled[i][axis] + SECOND * rest * inverse;
             }
             row[3] = match solver.coarse.cell_of(i) {
-                Some(cell) => solver.fine[i] * r[i][3] + self.by_cell[cell],
+                Some(cell) => (solver.fine[i] * Real::from(r[i][3]) + self.by_cell[cell]) as f32,
                 None => 0.0,
             };
         }

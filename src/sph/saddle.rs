@@ -1,10 +1,11 @@
-//! The velocity–pressure system applied: [H P; Pᵀ −C] [v; k] in one pass over the pairs, and with the particles that
-//! walls hold (`contact`) left out.
+//! The velocity–pressure system applied: [H P; Pᵀ −C] [v; k] in one pass over the pairs, in double precision for what a
+//! solution leaves over, and in single precision for the corrections to it: without the rows of particles that no pressure
+//! acts on, and with those that walls hold (`contact`) left out.
 
 use super::coupled::CoupledSolver;
 use super::minres::{self, Packed};
 use super::neighbourhood::Neighbourhood;
-use crate::math::{Real, WideRows, widest_rows};
+use crate::math::{Real, Scalar, WideRows, ordered_sum, widest_rows};
 
 /// What the velocity block has for a pair of fluid particles. Kept apart from what couples them to the pressure, because
 /// the preconditioner reads it alone, and memory is what an iteration waits for.
@@ -20,10 +21,16 @@ pub(super) struct Drag {
 pub(super) type Coupling = [f32; 4];
 
 impl CoupledSolver<'_> {
-    /// The system with no particle held.
-    pub(super) fn whole(&self, x: &[Packed], out: &mut [Packed]) {
+    /// [H v + P k; Pᵀ v − C k] of all particles, also of those that no pressure acts on.
+    pub(super) fn image(&self, x: &[Packed]) -> Vec<Packed> {
+        let mut out = vec![[0.0; 4]; x.len()];
+        self.apply_to(x, &mut out);
+        out
+    }
+
+    fn apply_to<T: Scalar>(&self, x: &[Packed<T>], out: &mut [Packed<T>]) {
         let near = self.problem.near;
-        let mut of_walls = vec![[0.0; 2]; near.of_wall.len()];
+        let mut of_walls = vec![[T::default(); 2]; near.of_wall.len()];
         widest_rows(&OfWalls { near, x }, &mut of_walls);
         let apply = Apply {
             solver: self,
@@ -31,97 +38,103 @@ impl CoupledSolver<'_> {
             of_walls: &of_walls,
         };
         widest_rows(&apply, out);
+    }
+
+    /// Takes the mean out of the pressure rows of a closed body.
+    pub(super) fn level<T: Scalar>(&self, rows: &mut [Packed<T>]) {
+        if self.problem.closed {
+            let sum: Real = ordered_sum(rows.len(), |i| rows[i][3].into());
+            let mean = sum / rows.len() as Real;
+            for row in rows {
+                row[3] = T::of(row[3].into() - mean);
+            }
+        }
+    }
+}
+
+impl minres::Operator<f32> for CoupledSolver<'_> {
+    /// Vectors have nothing along the normals of held particles, and keep nothing there.
+    fn apply(&self, x: &[Packed<f32>], out: &mut [Packed<f32>]) {
+        self.apply_to(x, out);
+        for (row, active) in out.iter_mut().zip(&self.active) {
+            if !active {
+                row[3] = 0.0;
+            }
+        }
         self.level(out);
+        self.contacts.take_out(out);
     }
 }
 
 /// Pressure of each wall particle, and what the fluid closes in on it.
-struct OfWalls<'a> {
+struct OfWalls<'a, T> {
     near: &'a Neighbourhood,
-    x: &'a [Packed],
+    x: &'a [Packed<T>],
 }
 
-impl WideRows<[Real; 2]> for OfWalls<'_> {
+impl<T: Scalar> WideRows<[T; 2]> for OfWalls<'_, T> {
     #[inline(always)]
-    fn fill(&self, first: usize, rows: &mut [[Real; 2]]) {
+    fn fill(&self, first: usize, rows: &mut [[T; 2]]) {
         for (offset, row) in rows.iter_mut().enumerate() {
             let b = first + offset;
-            let mut sum = [0.0; 4];
+            let mut sum = T::Four::default();
             for pair in self.near.of_wall.row(b) {
                 let [g_x, g_y, g_z] = pair.gradient;
-                let weight = [g_x, g_y, g_z, pair.share].map(Real::from);
-                let y = self.x[pair.i as usize];
-                for lane in 0..4 {
-                    sum[lane] += weight[lane] * y[lane];
-                }
+                let weight = T::four([g_x, g_y, g_z, pair.share].map(T::from));
+                sum = sum + weight * T::four(self.x[pair.i as usize]);
             }
-            *row = [
-                sum[3],
-                -(sum[0] + sum[1] + sum[2]) * self.near.wall_volume[b],
-            ];
+            let sum = T::lanes(sum);
+            let closing = -(sum[0] + sum[1] + sum[2]);
+            *row = [sum[3], closing * T::of(self.near.wall_volume[b])];
         }
     }
 }
 
 /// The system on its rows.
-struct Apply<'a> {
+struct Apply<'a, T> {
     solver: &'a CoupledSolver<'a>,
-    x: &'a [Packed],
-    of_walls: &'a [[Real; 2]],
+    x: &'a [Packed<T>],
+    of_walls: &'a [[T; 2]],
 }
 
-impl WideRows<Packed> for Apply<'_> {
+impl<T: Scalar> WideRows<Packed<T>> for Apply<'_, T> {
     #[inline(always)]
-    fn fill(&self, first: usize, rows: &mut [Packed]) {
+    fn fill(&self, first: usize, rows: &mut [Packed<T>]) {
         let (solver, x) = (self.solver, self.x);
         let near = solver.problem.near;
-        let volume = near.rest_volume;
+        let volume = T::of(near.rest_volume);
         for (offset, row) in rows.iter_mut().enumerate() {
             let i = first + offset;
             let own = x[i];
-            let (mut drag, mut push, mut differ) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+            let (own_four, own_pressure) = (T::four(own), own[3].splat());
+            let mut drag = T::Four::default();
+            let (mut push, mut differ) = (drag, drag);
             let pairs = solver.drags.row(i).iter().zip(solver.couplings.row(i));
             for (pair, coupling) in pairs {
-                let y = x[pair.j as usize];
-                let (c, k) = (Real::from(pair.drag), own[3] + y[3]);
-                let g = coupling.map(Real::from);
-                for lane in 0..4 {
-                    drag[lane] += c * y[lane];
-                    push[lane] += g[lane] * k;
-                    differ[lane] += g[lane] * (own[lane] - y[lane]);
-                }
+                let theirs = x[pair.j as usize];
+                let y = T::four(theirs);
+                let g = T::four(coupling.map(T::from));
+                drag = drag + T::from(pair.drag).splat() * y;
+                push = push + g * (own_pressure + theirs[3].splat());
+                differ = differ + g * (own_four - y);
             }
-            let smooth = differ[3];
-            let mut given_back = 0.0;
+            let smooth = T::lanes(differ)[3];
+            let mut given_back = T::default();
             for pair in near.wall.row(i) {
                 let [k_b, q_b] = self.of_walls[pair.b as usize];
                 let [g_x, g_y, g_z] = pair.gradient;
-                let g = [g_x, g_y, g_z, pair.share].map(Real::from);
-                let k = own[3] + k_b;
-                for lane in 0..4 {
-                    push[lane] += g[lane] * k;
-                    differ[lane] += g[lane] * own[lane];
-                }
-                given_back += g[3] * q_b;
+                let g = T::four([g_x, g_y, g_z, pair.share].map(T::from));
+                push = push + g * (own_pressure + k_b.splat());
+                differ = differ + g * own_four;
+                given_back += T::from(pair.share) * q_b;
             }
-            let h = solver.diagonal[i];
+            let [drag, push, differ] = [drag, push, differ].map(T::lanes);
+            let h = T::of(solver.diagonal[i]);
             for axis in 0..3 {
                 row[axis] = h * own[axis] - drag[axis] + volume * push[axis];
             }
             let rate = differ[0] + differ[1] + differ[2];
-            row[3] = if solver.active[i] {
-                volume * rate + given_back - smooth
-            } else {
-                0.0
-            };
+            row[3] = volume * rate + given_back - smooth;
         }
-    }
-}
-
-impl minres::Operator for CoupledSolver<'_> {
-    /// Vectors have nothing along the normals of held particles, and keep nothing there.
-    fn apply(&self, x: &[Packed], out: &mut [Packed]) {
-        self.whole(x, out);
-        self.contacts.take_out(out);
     }
 }
