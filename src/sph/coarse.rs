@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Cells are this many spacings wide, wider where there would be too many.
-const CELL: Real = 8.0;
+const CELL: Real = 5.0;
 /// Largest dense system that is worth a step.
 const MOST_CELLS: usize = 320;
 

@@ -25,8 +25,10 @@ use rayon::prelude::*;
 
 /// Strength of the pressure stabilisation C.
 const STABILISATION: Real = 0.1;
-/// Each outer iteration reduces its residual by this factor: the set is not final anyway.
+/// A round whose set is not final anyway reduces its residual by this factor.
 const LOOSE: Real = 0.3;
+/// Share of the particles that may have entered or left the set in the last round if this one is to end the solve.
+const SETTLED: Real = 0.01;
 /// Where a body comes loose from what it pressed on the set shrinks a little at each; one round more than that ends it.
 const MOST_OUTERS: usize = 40;
 const MOST_INNER: usize = 300;
@@ -110,7 +112,7 @@ pub struct CoupledSolver<'a> {
     force: Vec<Vec3>,
     /// c with the walls' part [m³/s].
     source: Vec<Real>,
-    /// Fine part of the inverse Schur complement [Pa s/m³].
+    /// How hard the fluid round a particle is to push away, by its viscosity and inertia [Pa s/m³].
     pub(super) fine: Vec<Real>,
     /// Mobility: velocity per force of a uniform push [m/(s N)].
     mobility: Vec<Real>,
@@ -235,6 +237,7 @@ impl<'a> CoupledSolver<'a> {
                     }
             })
             .collect();
+        let mut settled = false;
         loop {
             self.set_active(&active);
             for i in 0..n {
@@ -272,12 +275,15 @@ impl<'a> CoupledSolver<'a> {
                 ]
             };
             let finest = [goal.strain_rate, velocity_goal, goal.balance];
+            let reduction = if settled { 0.0 } else { LOOSE };
             let mut target = None;
             let residual = residual.iter().map(|r| r.map(|r| r as f32)).collect();
             let (correction, iterations) = minres::solve(&*self, residual, MOST_INNER, |r| {
                 let left = norms(r);
                 let target = *target.get_or_insert_with(|| {
-                    std::array::from_fn::<Real, 3, _>(|k| (LOOSE * left[k]).max(0.7 * finest[k]))
+                    std::array::from_fn::<Real, 3, _>(|k| {
+                        (reduction * left[k]).max(0.7 * finest[k])
+                    })
                 });
                 left.iter()
                     .zip(target)
@@ -324,9 +330,13 @@ impl<'a> CoupledSolver<'a> {
                 break;
             }
             if closed {
+                settled = true;
                 continue;
             }
-            active = (0..n).map(|i| x[i][3] > 0.0 || s(i) > 0.0).collect();
+            let next: Vec<bool> = (0..n).map(|i| x[i][3] > 0.0 || s(i) > 0.0).collect();
+            let moved = active.iter().zip(&next).filter(|(a, b)| a != b).count();
+            settled = moved as Real <= SETTLED * n as Real;
+            active = next;
         }
         for i in 0..n {
             velocity[i] = Vec3::new(x[i][0], x[i][1], x[i][2]);

@@ -10,6 +10,10 @@ use wide::f32x4;
 const LARGEST: f32 = 2.0;
 const SMALLEST: f32 = LARGEST / 20.0;
 
+/// Times what viscosity and inertia by particle say of the inverse of Pᵀ H⁻¹ P: waves of a few spacings feel the pressure
+/// up to ten times less than long ones. With 1, 2, 3, 4, 6 the vertebra takes 33, 24.2, 22.7, 21.6, 22.6 iterations a step.
+const FINE: Real = 4.0;
+
 impl Preconditioner<f32> for CoupledSolver<'_> {
     fn precondition(&self, r: &[Packed<f32>], z: &mut [Packed<f32>]) {
         self.approximate(r, z);
@@ -69,7 +73,9 @@ impl WideRows<Packed<f32>> for Approximate<'_> {
                 row[axis] = FIRST * self.scaled[i][axis] + SECOND * rest * inverse;
             }
             row[3] = match solver.coarse.cell_of(i) {
-                Some(cell) => (solver.fine[i] * Real::from(r[i][3]) + self.by_cell[cell]) as f32,
+                Some(cell) => {
+                    (FINE * solver.fine[i] * Real::from(r[i][3]) + self.by_cell[cell]) as f32
+                }
                 None => 0.0,
             };
         }
