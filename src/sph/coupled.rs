@@ -239,7 +239,7 @@ impl<'a> CoupledSolver<'a> {
             .collect();
         let mut settled = false;
         loop {
-            self.set_active(&active);
+            self.set_active(&active, settled);
             for i in 0..n {
                 if !active[i] {
                     x[i][3] = 0.0;
@@ -345,12 +345,14 @@ impl<'a> CoupledSolver<'a> {
         outcome
     }
 
-    /// Takes a new set F: C, the coarse level.
-    fn set_active(&mut self, active: &[bool]) {
+    /// Takes a new set F: C, and the coarse level unless that of the last round is as good.
+    fn set_active(&mut self, active: &[bool], settled: bool) {
         self.smooth(active);
         let near = self.problem.near;
         self.active = active.to_vec();
-        self.coarse = Coarse::new(near, self.problem.position, active, &self.mobility);
+        if !settled {
+            self.coarse = Coarse::new(near, self.problem.position, active, &self.mobility);
+        }
     }
 
     /// C for the set F, into the couplings of velocity and pressure.

@@ -72,11 +72,14 @@ impl WideRows<Packed<f32>> for Approximate<'_> {
                 let rest = r[i][axis] * (1.0 - 1.0 / CENTRE) + pull[axis] / CENTRE;
                 row[axis] = FIRST * self.scaled[i][axis] + SECOND * rest * inverse;
             }
-            row[3] = match solver.coarse.cell_of(i) {
-                Some(cell) => {
-                    (FINE * solver.fine[i] * Real::from(r[i][3]) + self.by_cell[cell]) as f32
-                }
-                None => 0.0,
+            row[3] = if solver.active[i] {
+                let by_cell = solver
+                    .coarse
+                    .cell_of(i)
+                    .map_or(0.0, |cell| self.by_cell[cell]);
+                (FINE * solver.fine[i] * Real::from(r[i][3]) + by_cell) as f32
+            } else {
+                0.0
             };
         }
     }
