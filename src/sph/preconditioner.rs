@@ -11,7 +11,7 @@ const LARGEST: f32 = 2.0;
 const SMALLEST: f32 = LARGEST / 20.0;
 
 /// Times what viscosity and inertia by particle say of the inverse of Pᵀ H⁻¹ P: waves of a few spacings feel the pressure
-/// up to ten times less than long ones. With 1, 2, 3, 4, 6 the vertebra takes 33, 24.2, 22.7, 21.6, 22.6 iterations a step.
+/// up to ten times less than long ones. With 2, 3, 4, 6 the vertebra takes 24.2, 22.7, 21.8, 22.6 iterations a step.
 const FINE: Real = 4.0;
 
 impl Preconditioner<f32> for CoupledSolver<'_> {
