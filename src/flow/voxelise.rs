@@ -141,11 +141,15 @@ fn build(
         }
     }
     observer(Event::Bone(path, &built.report));
-    let note = format!(
+    let mut note = format!(
         "{:.2} % of the struts and {:.2} % of the pores hang together",
         built.report.struts_connected * 100.0,
         built.report.pores_connected * 100.0
     );
+    let cut = format!("{:.2} %", built.report.struts_cut * 100.0);
+    if cut != "0.00 %" {
+        note += &format!("; {cut} of the struts may beyond the domain, which cuts them off");
+    }
     observer(Event::Note(path, &note));
     let reached = |ball| built.report.reached(ball) * 100.0;
     let note = format!(

@@ -78,12 +78,26 @@ impl BrickNeighbours {
             }
             reached
         };
-        pieces
-            .of_brick
-            .par_iter()
-            .enumerate()
-            .map(of_brick)
-            .collect()
+        (0..masks.len()).into_par_iter().map(of_brick).collect()
+    }
+
+    /// The nodes on those faces of bricks that no brick follows.
+    pub fn rim(&self) -> Vec<BrickMask> {
+        let of_brick = |(before, after): (&[u32; 3], &[u32; 3])| {
+            std::array::from_fn(|x| {
+                let ends = [
+                    (before[0] == NONE && x == 0, !0),
+                    (after[0] == NONE && x == 7, !0),
+                    (before[1] == NONE, 0xff),
+                    (after[1] == NONE, 0xff << 56),
+                    (before[2] == NONE, Z_LOW),
+                    (after[2] == NONE, Z_HIGH),
+                ];
+                let faces = ends.iter().filter(|(ends, _)| *ends);
+                faces.fold(0, |word, (_, face)| word | face)
+            })
+        };
+        self.before.iter().zip(&self.after).map(of_brick).collect()
     }
 
     fn pieces(&self, masks: &[BrickMask]) -> Pieces {
@@ -262,3 +276,11 @@ mod tests {
         assert_eq!(neighbours.reached(&masks, None), [slab(0), [0; 8]]);
     }
 }
+        // Two bricks in a row have ten faces that nothing follows.
+        let inner =
+            |x: usize| (!0xff & !0xff << 56 & !Z_LOW & !Z_HIGH) * u64::from(x > 0 && x < 15);
+        for (b, rim) in neighbours.rim().iter().enumerate() {
+            for (x, word) in rim.iter().enumerate() {
+                assert_eq!(*word, !inner(8 * b + x), "{b} {x}");
+            }
+        }
