@@ -174,7 +174,7 @@ fn build(
     });
     let report = json!({ "frame": frame, "made": built.report });
     cache::write_json(&job.folder.bone_report(), &report)?;
-    let throats = throats::plot(&built.report).to_png();
+    let throats = throats::plot(&built.report, sim.spacing).to_png();
     cache::write(&job.folder.bone_throats(), &throats)?;
     Ok((built.solid, outer))
 }
