@@ -5,7 +5,7 @@ use super::{Event, FlowError, Job, Observer, fillings, movers, slices, throats};
 use crate::bone;
 use crate::cache;
 use crate::grid::BrickGrid;
-use crate::math::{Aabb, Real};
+use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{self, TriMesh};
 use crate::scene::Bone;
 use crate::sim::SimSettings;
@@ -202,7 +202,11 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
     }
     let finest = libm::cbrt(bounds.extent().product() / MOST_NODES);
     let step = finest.max(DRAWN * spacing);
-    mesh::surface_nets_of(&bounds, step, |x| solid.value(x), |x| solid.sample(x))
+    let along = |from: &Vec3, to: &Vec3| {
+        let row = solid.patch(from, to);
+        move |x: &Vec3| row.value([0, 1, 2].map(|axis| row.between(axis, x[axis])))
+    };
+    mesh::surface_nets_of(&bounds, step, along, |x| solid.sample(x))
 }
 
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.
