@@ -1,6 +1,7 @@
 //! A bone's mesh → cortical shell, trabeculae, porosity that varies in space.
 
 mod build;
+mod hold;
 pub mod landmarks;
 mod network;
 mod nodes;

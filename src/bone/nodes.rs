@@ -16,6 +16,12 @@ const MAX_CELLS: Real = 2e7;
 /// holds one (√3 periods reach across it).
 const REACH: Real = 3.5;
 
+/// Within so many periods, the neighbours of a node nearly always block all that lies farther.
+const NEAR: Real = 2.0;
+
+/// No direction is farther than this from one to a face, an edge or a corner of a cube [rad]: it is 27.57°.
+const BETWEEN: Real = 0.482;
+
 /// Edge of a block of lattice cells that is told as a whole from the distance of its middle.
 const BLOCK: i64 = 4;
 
@@ -147,14 +153,13 @@ impl Nodes {
     /// The nodes that are joined to node `i` and leave the strut to it: each strut belongs to its coarser end.
     fn joined_to(&self, i: usize) -> Vec<usize> {
         let node = &self.all[i];
-        let far = |j: usize| (self.all[j].position - node.position).norm_squared();
-        let reach = (REACH * node.period).powi(2);
-        let mut around: Vec<(Real, usize)> = self
-            .tree
-            .leaves(|leaf: &BvhNode| square_to_box(&node.position, leaf) <= reach)
-            .map(|j| (far(j as usize), j as usize))
-            .filter(|&(_, j)| j != i)
-            .collect();
+        let near = NEAR * node.period;
+        let mut around = self.around(i, near);
+        let offset = |&(_, j): &(Real, usize)| self.all[j].position - node.position;
+        let offsets: Vec<Vec3> = around.iter().map(offset).collect();
+        if !blocked(&offsets, near) {
+            around = self.around(i, REACH * node.period);
+        }
         let order = |a: &(Real, usize), b: &(Real, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         if around.len() > NEAREST {
             around.select_nth_unstable_by(NEAREST, order);
@@ -177,6 +182,18 @@ impl Nodes {
         joined.into_iter().map(|(_, j)| j).collect()
     }
 
+    /// The other nodes within `reach` [m] of node `i`, and the squares of their distances.
+    fn around(&self, i: usize, reach: Real) -> Vec<(Real, usize)> {
+        let centre = self.all[i].position;
+        let square = reach * reach;
+        self.tree
+            .leaves(|leaf: &BvhNode| square_to_box(&centre, leaf) <= square)
+            .map(|j| j as usize)
+            .filter(|&j| j != i)
+            .map(|j| ((self.all[j].position - centre).norm_squared(), j))
+            .collect()
+    }
+
     fn strut(&self, joint: &Joint, vertical: Real) -> (usize, Strut) {
         let [i, j] = joint.nodes;
         let (from, to) = (&self.all[i], &self.all[j]);
@@ -190,6 +207,27 @@ impl Nodes {
             },
         )
     }
+}
+
+/// Whether all that lies farther than `reach` from a node is nearer to one of its neighbours, `offsets` away and none
+/// farther than that: a neighbour k blocks what lies at an angle of less than arccos(|k|/2 reach) from it.
+///
+/// Told by the directions to the faces, edges and corners of a cube: no direction is farther than [`BETWEEN`] from all.
+fn blocked(offsets: &[Vec3], reach: Real) -> bool {
+    let (sine, cosine) = libm::sincos(BETWEEN);
+    let blocks = |offset: &Vec3, direction: &Vec3| {
+        let distance = offset.norm();
+        let along = offset.dot(direction) / distance;
+        // Cosine of the largest angle between the offset and what the direction stands for.
+        let least = along * cosine - (1.0 - along * along).max(0.0).sqrt() * sine;
+        least > 0.5 * distance / reach + 1e-9
+    };
+    let directions = (0..27).filter(|n| *n != 13).map(|n: i32| {
+        let [x, y, z] = [n / 9, n / 3 % 3, n % 3].map(|c| Real::from(c - 1));
+        Vec3::new(x, y, z).normalize()
+    });
+    let blocked = |direction: Vec3| offsets.iter().any(|offset| blocks(offset, &direction));
+    directions.map(blocked).all(|blocked| blocked)
 }
 
 /// Where a block of lattice cells lies.

@@ -1,6 +1,7 @@
 //! Measures a bone on its grid: what was asked and what was made, and whether cement can pass.
 
 use super::build::{BoneBrick, CLASSES, Tally, place};
+use super::hold;
 use super::network::Network;
 use super::settings::{BoneSettings, Struts};
 use crate::grid::{BrickMask, BrickNeighbours, count};
@@ -22,6 +23,9 @@ pub struct BoneReport {
     /// Share of the struts below the shell that hang together with that piece [1].
     #[serde(default)]
     pub struts_connected: Real,
+    /// Share of those struts that does not, but ends where the domain cuts the bone: it may beyond that [1].
+    #[serde(default)]
+    pub struts_cut: Real,
     /// Share of the pores inside the shell that hang together in one piece [1].
     pub pores_connected: Real,
     /// Share of the pores that hung together with nothing and were closed [1].
@@ -129,11 +133,7 @@ pub(super) fn measure(
     let struts_below: Real = tallies.iter().flatten().map(|class| class.solid).sum();
     let pores = Pores::new(bricks, voxel);
     let all_pores = pores.open();
-    let bones = pores.masks(|phi, _| phi <= 0.0);
-    let struts = pores.masks(|phi, place| phi <= 0.0 && place >= place::FIRST_REGION);
-    let one_piece = pores.reached(&bones, None);
-    let loose = |(all, one): (&BrickMask, &BrickMask)| std::array::from_fn(|x| all[x] & !one[x]);
-    let loose: Vec<BrickMask> = bones.iter().zip(&one_piece).map(loose).collect();
+    let hold = hold::measure(&pores);
     let resolved = pores.grown(&pores.room(ACROSS * spacing), &all_pores, ACROSS * spacing);
     let regions = (0..settings.regions.len())
         .map(|r| {
@@ -204,8 +204,9 @@ pub(super) fn measure(
         bone_volume: (shell + struts_below) * cell,
         shell_volume: shell * cell,
         struts: network.count,
-        bone_connected: 1.0 - share_in(&loose, &bones),
-        struts_connected: 1.0 - share_in(&loose, &struts),
+        bone_connected: hold.bone,
+        struts_connected: hold.struts,
+        struts_cut: hold.struts_cut,
         pores_connected: pores.neighbours.connected_share(&all_pores),
         pockets_closed: 0.0,
         reach,
@@ -241,7 +242,7 @@ fn kozeny_constant(porosity: Real) -> Real {
 }
 
 /// Share of the nodes of `whole` that are in `part` as well; 0 of none.
-fn share_in(part: &[BrickMask], whole: &[BrickMask]) -> Real {
+pub(super) fn share_in(part: &[BrickMask], whole: &[BrickMask]) -> Real {
     let of_both = |(a, b): (&BrickMask, &BrickMask)| count(&std::array::from_fn(|x| a[x] & b[x]));
     let both: u64 = part.iter().zip(whole).map(of_both).sum();
     let all: u64 = whole.iter().map(count).sum();
@@ -304,6 +305,11 @@ impl<'a> Pores<'a> {
         seeds: Option<&[BrickMask]>,
     ) -> Vec<BrickMask> {
         self.neighbours.reached(marked, seeds)
+    }
+
+    /// The nodes without a brick behind them.
+    pub(super) fn rim(&self) -> Vec<BrickMask> {
+        self.neighbours.rim()
     }
 
     /// The nodes picked by `pick(φ, place)`.

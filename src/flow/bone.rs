@@ -65,10 +65,12 @@ pub(super) fn read(bone: &Bone, observer: &mut Observer<'_>) -> Result<Read, Flo
         outer = outer.transformed(&to_frame);
         distance = distance.transformed(&to_frame);
     }
+    // Paint, parts and volume go where the mesh goes.
+    let from_file = to_frame * Translation3::from(bone.file.at);
     let sources = Sources {
-        surface: surface(bone, &to_frame)?,
+        surface: surface(bone, &from_file)?,
         volume: match &bone.volume {
-            Some(file) => Some(volume(file, &to_frame, &outer, observer)?),
+            Some(file) => Some(volume(file, &from_file, &outer, observer)?),
             None => None,
         },
     };
@@ -83,7 +85,7 @@ pub(super) fn read(bone: &Bone, observer: &mut Observer<'_>) -> Result<Read, Flo
 /// Paint and parts of the mesh, if a region asks for them.
 fn surface(
     bone: &Bone,
-    to_frame: &Isometry3<f64>,
+    from_file: &Isometry3<f64>,
 ) -> Result<Option<(Painted, MeshDistance)>, FlowError> {
     let file = &bone.file;
     let painted = |struts: &Struts| matches!(struts, Struts::Varying(Varying::Painted { .. }));
@@ -119,14 +121,14 @@ fn surface(
     for part in &mut painted.part {
         *part = number[*part as usize];
     }
-    painted.mesh = painted.mesh.transformed(to_frame);
+    painted.mesh = painted.mesh.transformed(from_file);
     let distance = MeshDistance::new(&painted.mesh);
     Ok(Some((painted, distance)))
 }
 
 fn volume(
     file: &VolumeFile,
-    to_frame: &Isometry3<f64>,
+    from_mesh: &Isometry3<f64>,
     bone: &TriMesh,
     observer: &mut Observer<'_>,
 ) -> Result<Volume, FlowError> {
@@ -147,10 +149,10 @@ fn volume(
         });
     };
     let grid: VdbGrid = read.grids.into_iter().nth(at).expect("found above");
-    // The file's axes turned to z up, then to the frame.
+    // The file's axes turned to z up, then moved as the mesh.
     let turn = file.up.inward_turn();
     let from_file =
-        to_frame * Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from(turn));
+        from_mesh * Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from(turn));
     let volume = Volume {
         metres: file.unit.metres(),
         back: from_file.inverse(),
@@ -167,4 +169,75 @@ fn volume(
         observer(Event::Note(&file.path, &note));
     }
     Ok(volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bone::{BoneSettings, Region};
+    use crate::math::Vec3;
+    use crate::mesh::{LengthUnit, UpAxis};
+
+    /// A block that is black in front and white at the back, read where it is and put elsewhere: the same is asked of
+    /// the same place of the bone.
+    #[test]
+    fn paint_moves_with_the_mesh() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.obj");
+        let mut text = String::new();
+        for corner in 0..8 {
+            let [x, y, z] = [corner & 1, corner >> 1 & 1, corner >> 2];
+            text += &format!("v {} {} {} {y} {y} {y}\n", 20 * x, 14 * y, 16 * z);
+        }
+        for [a, b, c, d] in [
+            [1, 3, 4, 2],
+            [5, 6, 8, 7],
+            [1, 2, 6, 5],
+            [3, 7, 8, 4],
+            [1, 5, 7, 3],
+            [2, 4, 8, 6],
+        ] {
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+        std::fs::write(&path, text).unwrap();
+        let struts = Struts::Varying(Varying::Painted {
+            black: 0.7,
+            white: 0.9,
+        });
+        let read_at = |at: Vec3| {
+            let bone = Bone {
+                file: MeshFile {
+                    path: path.clone(),
+                    unit: LengthUnit::Millimetre,
+                    up: UpAxis::Z,
+                    at,
+                },
+                frame: BoneFrame::AsIs,
+                settings: BoneSettings {
+                    regions: vec![Region {
+                        name: "painted".into(),
+                        place: Place::Everywhere,
+                        period: 2e-3,
+                        struts,
+                        lost: 0.0,
+                    }],
+                    ..Default::default()
+                },
+                channels: Vec::new(),
+                parts: Vec::new(),
+                volume: None,
+            };
+            read(&bone, &mut |_| {}).unwrap()
+        };
+        let at = Vec3::new(0.3, -0.02, 0.011);
+        let (here, there) = (read_at(Vec3::zeros()), read_at(at));
+        assert!((there.outer.bounds().min - at).norm() < 1e-12);
+        for (y, expected) in [(0.1e-3, 0.7), (7e-3, 0.8), (13.9e-3, 0.9)] {
+            let x = Vec3::new(1e-3, y, 8e-3);
+            let asked = here.sources.asked(&struts, &x).unwrap();
+            assert!((asked - expected).abs() < 2e-3, "{asked} {expected}");
+            let moved = there.sources.asked(&struts, &(x + at)).unwrap();
+            assert!((moved - asked).abs() < 1e-9, "{moved} {asked}");
+        }
+    }
 }

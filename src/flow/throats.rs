@@ -4,8 +4,9 @@ use crate::bone::{ACROSS, BoneReport};
 use crate::math::Real;
 use crate::report::{Axis, Look, Plot, Series};
 
-/// Throats by their share of the pores behind them, and what balls of growing size fill of the pores.
-pub(super) fn plot(report: &BoneReport) -> Plot {
+/// Throats by their share of the pores behind them, and what balls of growing size fill of the pores; a spacing is
+/// `spacing` [m].
+pub(super) fn plot(report: &BoneReport, spacing: Real) -> Plot {
     let mut bars = Vec::new();
     for (from, to, share) in report.throats() {
         let to = to.unwrap_or(from + 1.0);
@@ -23,7 +24,7 @@ pub(super) fn plot(report: &BoneReport) -> Plot {
         colour,
     };
     Plot {
-        title: "Throats of the pores".to_owned(),
+        title: format!("Throats of the pores, {:.3} mm a spacing", spacing * 1e3),
         x: Axis::linear("ball or throat [spacings]").between(0.0, widest),
         y: Axis::linear("share of the pores").between(0.0, 1.0),
         series: vec![

@@ -5,7 +5,7 @@ use super::{Event, FlowError, Job, Observer, fillings, movers, slices, throats};
 use crate::bone;
 use crate::cache;
 use crate::grid::BrickGrid;
-use crate::math::{Aabb, Real};
+use crate::math::{Aabb, Real, Vec3};
 use crate::mesh::{self, TriMesh};
 use crate::scene::Bone;
 use crate::sim::SimSettings;
@@ -141,11 +141,15 @@ fn build(
         }
     }
     observer(Event::Bone(path, &built.report));
-    let note = format!(
+    let mut note = format!(
         "{:.2} % of the struts and {:.2} % of the pores hang together",
         built.report.struts_connected * 100.0,
         built.report.pores_connected * 100.0
     );
+    let cut = format!("{:.2} %", built.report.struts_cut * 100.0);
+    if cut != "0.00 %" {
+        note += &format!("; {cut} of the struts may beyond the domain, which cuts them off");
+    }
     observer(Event::Note(path, &note));
     let reached = |ball| built.report.reached(ball) * 100.0;
     let note = format!(
@@ -170,7 +174,7 @@ fn build(
     });
     let report = json!({ "frame": frame, "made": built.report });
     cache::write_json(&job.folder.bone_report(), &report)?;
-    let throats = throats::plot(&built.report).to_png();
+    let throats = throats::plot(&built.report, sim.spacing).to_png();
     cache::write(&job.folder.bone_throats(), &throats)?;
     Ok((built.solid, outer))
 }
@@ -198,7 +202,11 @@ fn draw(solid: &BrickGrid, bone: &Aabb, domain: &Aabb, spacing: Real) -> TriMesh
     }
     let finest = libm::cbrt(bounds.extent().product() / MOST_NODES);
     let step = finest.max(DRAWN * spacing);
-    mesh::surface_nets_of(&bounds, step, |x| solid.value(x), |x| solid.sample(x))
+    let along = |from: &Vec3, to: &Vec3| {
+        let row = solid.patch(from, to);
+        move |x: &Vec3| row.value([0, 1, 2].map(|axis| row.between(axis, x[axis])))
+    };
+    mesh::surface_nets_of(&bounds, step, along, |x| solid.sample(x))
 }
 
 /// For artists and for the stages that draw: y up, metres. A mesh of nothing is no file.

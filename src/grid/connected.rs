@@ -4,6 +4,7 @@ use super::BRICK;
 use crate::math::Real;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// The nodes of one brick: 8 words, one per x; bit `8 y + z` of a word.
 pub type BrickMask = [u64; 8];
@@ -13,6 +14,9 @@ pub struct BrickNeighbours {
     pub(super) before: Vec<[u32; 3]>,
     pub(super) after: Vec<[u32; 3]>,
 }
+
+/// Bricks whose pieces are listed together.
+const CHUNK: usize = 4096;
 
 /// No brick.
 pub(super) const NONE: u32 = u32::MAX;
@@ -54,10 +58,10 @@ impl BrickNeighbours {
         let pieces = self.pieces(masks);
         let mut wanted = vec![false; pieces.size.len()];
         if let Some(seeds) = seeds {
-            for (b, of_brick) in pieces.of_brick.iter().enumerate() {
-                for (p, mask) in of_brick.iter().enumerate() {
-                    let seeded = (0..8).any(|x| mask[x] & seeds[b][x] != 0);
-                    wanted[pieces.root[pieces.first_of[b] + p]] |= seeded;
+            for (b, seeds) in seeds.iter().enumerate() {
+                for p in pieces.of_brick(b) {
+                    let seeded = (0..8).any(|x| pieces.all[p][x] & seeds[x] != 0);
+                    wanted[pieces.root[p]] |= seeded;
                 }
             }
         } else {
@@ -67,74 +71,101 @@ impl BrickNeighbours {
                 wanted[largest] = true;
             }
         }
-        let of_brick = |(b, of_brick): (usize, &Vec<BrickMask>)| {
-            let mut reached = [0; 8];
-            for (p, mask) in of_brick.iter().enumerate() {
-                if wanted[pieces.root[pieces.first_of[b] + p]] {
-                    for x in 0..8 {
-                        reached[x] |= mask[x];
-                    }
-                }
-            }
-            reached
+        let of_brick = |b: usize| {
+            let wanted = pieces.of_brick(b).filter(|p| wanted[pieces.root[*p]]);
+            wanted.fold([0; 8], |reached: BrickMask, p| {
+                std::array::from_fn(|x| reached[x] | pieces.all[p][x])
+            })
         };
-        pieces
-            .of_brick
-            .par_iter()
-            .enumerate()
-            .map(of_brick)
-            .collect()
+        (0..masks.len()).into_par_iter().map(of_brick).collect()
+    }
+
+    /// The nodes on those faces of bricks that no brick follows.
+    pub fn rim(&self) -> Vec<BrickMask> {
+        let of_brick = |(before, after): (&[u32; 3], &[u32; 3])| {
+            std::array::from_fn(|x| {
+                let ends = [
+                    (before[0] == NONE && x == 0, !0),
+                    (after[0] == NONE && x == 7, !0),
+                    (before[1] == NONE, 0xff),
+                    (after[1] == NONE, 0xff << 56),
+                    (before[2] == NONE, Z_LOW),
+                    (after[2] == NONE, Z_HIGH),
+                ];
+                let faces = ends.iter().filter(|(ends, _)| *ends);
+                faces.fold(0, |word, (_, face)| word | face)
+            })
+        };
+        self.before.iter().zip(&self.after).map(of_brick).collect()
     }
 
     fn pieces(&self, masks: &[BrickMask]) -> Pieces {
-        let of_brick: Vec<Vec<BrickMask>> = masks.par_iter().map(split).collect();
-        let mut first_of = Vec::with_capacity(masks.len());
-        let mut total = 0;
-        for pieces in &of_brick {
-            first_of.push(total);
-            total += pieces.len();
+        // Lists of many bricks: one for each would be millions to ask memory for, and to give back.
+        let of_chunk = |masks: &[BrickMask]| {
+            let mut all = Vec::with_capacity(masks.len());
+            let ends: Vec<usize> = masks
+                .iter()
+                .map(|mask| {
+                    split(mask, &mut all);
+                    all.len()
+                })
+                .collect();
+            (all, ends)
+        };
+        let chunks: Vec<_> = masks.par_chunks(CHUNK).map(of_chunk).collect();
+        let mut all = Vec::with_capacity(chunks.iter().map(|(all, _)| all.len()).sum());
+        let mut first_of = Vec::with_capacity(masks.len() + 1);
+        first_of.push(0);
+        for (pieces, ends) in chunks {
+            first_of.extend(ends.into_iter().map(|end| all.len() + end));
+            all.extend(pieces);
         }
+        let mut pieces = Pieces {
+            root: (0..all.len()).collect(),
+            size: vec![0; all.len()],
+            all,
+            first_of,
+        };
 
-        let mut parent: Vec<usize> = (0..total).collect();
         for (b, after) in self.after.iter().enumerate() {
             for (axis, &n) in after.iter().enumerate().filter(|(_, n)| **n != NONE) {
-                let n = n as usize;
-                for (i, low) in of_brick[b].iter().enumerate() {
-                    for (j, high) in of_brick[n].iter().enumerate() {
-                        if touch(low, high, axis) {
-                            let (a, c) = (
-                                root(&mut parent, first_of[b] + i),
-                                root(&mut parent, first_of[n] + j),
-                            );
+                for low in pieces.of_brick(b) {
+                    for high in pieces.of_brick(n as usize) {
+                        if touch(&pieces.all[low], &pieces.all[high], axis) {
+                            let parent = &mut pieces.root;
+                            let (a, c) = (root(parent, low), root(parent, high));
                             parent[a.max(c)] = a.min(c);
                         }
                     }
                 }
             }
         }
-        let root: Vec<usize> = (0..total).map(|piece| root(&mut parent, piece)).collect();
-        let mut size = vec![0_u64; total];
-        for (mask, root) in of_brick.iter().flatten().zip(&root) {
-            size[*root] += count(mask);
+        for (piece, mask) in pieces.all.iter().enumerate() {
+            let root = root(&mut pieces.root, piece);
+            pieces.root[piece] = root;
+            pieces.size[root] += count(mask);
         }
-        Pieces {
-            of_brick,
-            first_of,
-            root,
-            size,
-        }
+        pieces
     }
 }
 
 /// The connected pieces within bricks, and what they hang together with.
 struct Pieces {
-    of_brick: Vec<Vec<BrickMask>>,
-    /// Number of the first piece of each brick.
+    /// By brick.
+    all: Vec<BrickMask>,
+    /// Number of the first piece of each brick, and of all.
     first_of: Vec<usize>,
     /// By piece, the one that stands for all it hangs together with.
     root: Vec<usize>,
     /// Marked nodes, at the roots.
     size: Vec<u64>,
+}
+
+impl Pieces {
+    /// Numbers of the pieces of brick `b`.
+    fn of_brick(&self, b: usize) -> Range<usize> {
+        self.first_of[b]..self.first_of[b + 1]
+    }
 }
 
 /// Marked nodes of a brick.
@@ -153,10 +184,9 @@ fn root(parent: &mut [usize], mut piece: usize) -> usize {
 const Z_LOW: u64 = 0x0101_0101_0101_0101;
 const Z_HIGH: u64 = Z_LOW << 7;
 
-/// The connected pieces of one brick.
-fn split(mask: &BrickMask) -> Vec<BrickMask> {
+/// Puts the connected pieces of one brick after others.
+fn split(mask: &BrickMask, pieces: &mut Vec<BrickMask>) {
     let mut rest = *mask;
-    let mut pieces = Vec::new();
     while let Some(x) = rest.iter().position(|&word| word != 0) {
         let mut piece = [0; 8];
         piece[x] = 1 << rest[x].trailing_zeros();
@@ -186,7 +216,6 @@ fn split(mask: &BrickMask) -> Vec<BrickMask> {
         }
         pieces.push(piece);
     }
-    pieces
 }
 
 /// Whether pieces of two bricks, the second one further along `axis`, share a face.
@@ -260,5 +289,13 @@ mod tests {
         assert_eq!(neighbours.reached(&masks, Some(&seeds)), seeds);
         assert_eq!(neighbours.reached(&masks, Some(&[[0; 8]; 2])), [[0; 8]; 2]);
         assert_eq!(neighbours.reached(&masks, None), [slab(0), [0; 8]]);
+        // Two bricks in a row have ten faces that nothing follows.
+        let inner =
+            |x: usize| (!0xff & !0xff << 56 & !Z_LOW & !Z_HIGH) * u64::from(x > 0 && x < 15);
+        for (b, rim) in neighbours.rim().iter().enumerate() {
+            for (x, word) in rim.iter().enumerate() {
+                assert_eq!(*word, !inner(8 * b + x), "{b} {x}");
+            }
+        }
     }
 }

@@ -3,6 +3,9 @@
 use super::brick::{BRICK, BrickGrid, floor, offset};
 use crate::math::{Real, Vec3};
 
+/// Planes of nodes that [`Patch::values`] does at once.
+const PLANES: usize = 4;
+
 /// The values of a grid in a box.
 #[derive(Clone, Debug)]
 pub struct Patch {
@@ -102,6 +105,41 @@ impl Patch {
         let along_y = |i: usize| lerp(along_z(i, 0), along_z(i, 1), y.share);
         lerp(along_y(0), along_y(1), x.share)
     }
+
+    /// The values at all points of a small lattice whose coordinates ascend, x first, each as [`Self::value`]: what
+    /// neighbours share of the interpolation is done once.
+    pub fn values<const N: usize>(&self, at: &[[Between; N]; 3]) -> [[[Real; N]; N]; N] {
+        let [x, y, z] = at;
+        let first = [x[0].node, y[0].node];
+        let count = [x, y].map(|axis| axis[N - 1].node - axis[0].node + 2);
+        if self.values.is_empty() || count.iter().any(|&count| count > PLANES) {
+            let of = |i: usize, j: usize, k: usize| self.value([x[i], y[j], z[k]]);
+            return std::array::from_fn(|i| {
+                std::array::from_fn(|j| std::array::from_fn(|k| of(i, j, k)))
+            });
+        }
+        let lerp = |a: Real, b: Real, t: Real| a + (b - a) * t;
+        let mut along_y = [[[0.0; N]; N]; PLANES];
+        for (i, along_y) in along_y.iter_mut().enumerate().take(count[0]) {
+            let mut along_z = [[0.0; N]; PLANES];
+            for (j, along_z) in along_z.iter_mut().enumerate().take(count[1]) {
+                let row = ((first[0] + i) * self.count[1] + first[1] + j) * self.count[2];
+                let row = &self.values[row..row + self.count[2]];
+                for (value, z) in along_z.iter_mut().zip(z) {
+                    *value = lerp(row[z.node].into(), row[z.node + 1].into(), z.share);
+                }
+            }
+            for (along_y, y) in along_y.iter_mut().zip(y) {
+                let j = y.node - first[1];
+                *along_y = std::array::from_fn(|k| lerp(along_z[j][k], along_z[j + 1][k], y.share));
+            }
+        }
+        x.map(|x| {
+            let i = x.node - first[0];
+            let of = |j: usize, k: usize| lerp(along_y[i][j][k], along_y[i + 1][j][k], x.share);
+            std::array::from_fn(|j| std::array::from_fn(|k| of(j, k)))
+        })
+    }
 }
 
 #[cfg(test)]
@@ -124,6 +162,19 @@ mod tests {
                 let x = low + (high - low).component_mul(&random.cube().map(Real::abs));
                 let at = [0, 1, 2].map(|axis| patch.between(axis, x[axis]));
                 assert_eq!(patch.value(at), grid.value(&x));
+            }
+            // A small lattice, and one that is wider than what is done at once.
+            for step in [0.1, 0.6] {
+                let place = |n: usize| low.add_scalar(0.03 + step * n as Real);
+                let along = |axis: usize| {
+                    std::array::from_fn::<_, 4, _>(|n| patch.between(axis, place(n)[axis]))
+                };
+                let values = patch.values(&[0, 1, 2].map(along));
+                for n in 0..64 {
+                    let [i, j, k] = [n / 16, n / 4 % 4, n % 4];
+                    let x = Vec3::new(place(i).x, place(j).y, place(k).z);
+                    assert_eq!(values[i][j][k], grid.value(&x));
+                }
             }
         }
     }

@@ -13,20 +13,23 @@ pub(super) struct BitRows {
 }
 
 impl BitRows {
-    /// The bits of the nodes, with how many nodes further along z the same holds.
-    pub(super) fn new(count: [usize; 3], set: impl Fn([usize; 3]) -> (bool, usize) + Sync) -> Self {
+    /// The bits of the nodes, with how many nodes further along z the same holds: told by what `row` makes for (x, y).
+    pub(super) fn new<S: Fn(usize) -> (bool, usize)>(
+        count: [usize; 3],
+        row: impl Fn([usize; 2]) -> S + Sync,
+    ) -> Self {
         let words = count[2].div_ceil(64);
         let mut rows = Self {
             count,
             bits: vec![0; count[0] * count[1] * words],
             before: Vec::new(),
         };
-        let place = |row: usize, z: usize| [row / count[1], row % count[1], z];
         let each = rows.bits.par_chunks_mut(words.max(1)).enumerate();
-        each.for_each(|(row, bits)| {
+        each.for_each(|(at, bits)| {
+            let set = row([at / count[1], at % count[1]]);
             let mut z = 0;
             while z < count[2] {
-                let (is_set, alike) = set(place(row, z));
+                let (is_set, alike) = set(z);
                 let next = (z + 1 + alike).min(count[2]);
                 if is_set {
                     (z..next).for_each(|z| bits[z / 64] |= 1 << (z % 64));
@@ -86,7 +89,18 @@ impl BitRows {
 
     /// Something for each bit that is set, in their order.
     pub(super) fn map<T: Send>(&self, make: impl Fn([usize; 3]) -> T + Sync) -> Vec<T> {
-        let of_row = |row: usize| -> Vec<T> { self.row(row).map(&make).collect() };
+        self.map_by_row(|_| &make)
+    }
+
+    /// The same, by what `row` makes for (x, y).
+    pub(super) fn map_by_row<T: Send, M: Fn([usize; 3]) -> T>(
+        &self,
+        row: impl Fn([usize; 2]) -> M + Sync,
+    ) -> Vec<T> {
+        let of_row = |at: usize| -> Vec<T> {
+            let [x, y, _] = self.place(at, 0);
+            self.row(at).map(row([x, y])).collect()
+        };
         let rows = (0..self.rows()).into_par_iter();
         rows.map(of_row).flatten_iter().collect()
     }
@@ -192,7 +206,7 @@ mod tests {
         let mut random = crate::math::Stream::new(2, "bits");
         let plain: Vec<bool> = (0..4 * 5 * 131).map(|_| random.unit() < 0.02).collect();
         let index = |[x, y, z]: [usize; 3]| (x * 5 + y) * 131 + z;
-        let rows = BitRows::new(count, |place| (plain[index(place)], 0));
+        let rows = BitRows::new(count, |[x, y]| move |z| (plain[index([x, y, z])], 0));
         let cells = rows.mixed();
         let near = cells.corners();
         let mut expected = Vec::new();

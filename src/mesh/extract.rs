@@ -23,27 +23,28 @@ pub fn surface_nets(bounds: &Aabb, step: Real, distance: impl Fn(&Vec3) -> Real 
         };
         (distance(x), Vec3::from_fn(|axis, _| along(axis)))
     };
-    nets(bounds, step, &distance, gradient, |_| 0)
+    nets(bounds, step, |_, _| &distance, gradient, |_| 0)
 }
 
-/// The same of a field whose `value` changes along an axis by no more than the way is long, and whose `sample` gives
-/// the gradient beside it.
-pub fn surface_nets_of(
+/// The same of a field that changes along an axis by no more than the way is long. `along` gives its value on the way
+/// from one point to another, and `sample` the gradient beside it.
+pub fn surface_nets_of<V: Fn(&Vec3) -> Real>(
     bounds: &Aabb,
     step: Real,
-    value: impl Fn(&Vec3) -> Real + Sync,
+    along: impl Fn(&Vec3, &Vec3) -> V + Sync,
     sample: impl Fn(&Vec3) -> (Real, Vec3) + Sync,
 ) -> TriMesh {
     // A little less than that: a shell may change its thickness.
     let alike = |value: Real| (0.8 * value.abs() / step) as usize;
-    nets(bounds, step, value, sample, alike)
+    nets(bounds, step, along, sample, alike)
 }
 
-/// With `sample` the value and the gradient, and `alike` how many nodes further a value keeps its sign.
-fn nets(
+/// With `along` the value on the way from one point to another, `sample` the value and the gradient, and `alike` how
+/// many nodes further a value keeps its sign.
+fn nets<V: Fn(&Vec3) -> Real>(
     bounds: &Aabb,
     step: Real,
-    distance: impl Fn(&Vec3) -> Real + Sync,
+    along: impl Fn(&Vec3, &Vec3) -> V + Sync,
     sample: impl Fn(&Vec3) -> (Real, Vec3) + Sync,
     alike: impl Fn(Real) -> usize + Sync,
 ) -> TriMesh {
@@ -55,9 +56,17 @@ fn nets(
     };
     let on_rim =
         |place: [usize; 3]| (0..3).any(|a| place[a] == 0 || place[a] + 1 == lattice.count[a]);
-    let mut inside = BitRows::new(lattice.count, |place| {
-        let value = distance(&lattice.at(place));
-        (value < 0.0, alike(value))
+    let distance_in = |[x, y]: [usize; 2]| {
+        let last = lattice.count[2] - 1;
+        along(&lattice.at([x, y, 0]), &lattice.at([x, y, last]))
+    };
+    let mut inside = BitRows::new(lattice.count, |row @ [x, y]| {
+        let distance = distance_in(row);
+        let (lattice, alike) = (&lattice, &alike);
+        move |z| {
+            let value = distance(&lattice.at([x, y, z]));
+            (value < 0.0, alike(value))
+        }
     });
     inside.clear_rim();
     while fill_critical_cells(&mut inside, on_rim) {}
@@ -65,12 +74,16 @@ fn nets(
     let cells = inside.mixed();
     let near = cells.corners();
     // What was filled is just inside, and what the rim closes just outside.
-    let values = near.map(|place| {
-        let told = distance(&lattice.at(place));
-        match (inside.get(place), told < 0.0) {
-            (true, false) => -0.01 * step,
-            (false, true) => 0.01 * step,
-            _ => told,
+    let values = near.map_by_row(|row| {
+        let distance = distance_in(row);
+        let (lattice, inside) = (&lattice, &inside);
+        move |place| {
+            let told = distance(&lattice.at(place));
+            match (inside.get(place), told < 0.0) {
+                (true, false) => -0.01 * step,
+                (false, true) => 0.01 * step,
+                _ => told,
+            }
         }
     });
     let value = |place: [usize; 3]| values[near.rank(place)];

@@ -132,9 +132,9 @@ impl Block<'_> {
         let mut least = [Real::INFINITY; FINE.pow(3)];
         for grid in &self.grids {
             let at = [0, 1, 2].map(|axis| offset.map(|o| grid.between(axis, centre[axis] + o)));
-            for (n, least) in least.iter_mut().enumerate() {
-                let [i, j, k] = place(n);
-                *least = least.min(grid.value([at[0][i], at[1][j], at[2][k]]));
+            let values = grid.values(&at);
+            for (least, value) in least.iter_mut().zip(values.as_flattened().as_flattened()) {
+                *least = least.min(*value);
             }
         }
         for shape in &self.shapes {
