@@ -222,12 +222,12 @@ fn blocked(offsets: &[Vec3], reach: Real) -> bool {
         let least = along * cosine - (1.0 - along * along).max(0.0).sqrt() * sine;
         least > 0.5 * distance / reach + 1e-9
     };
-    let directions = (0..27).filter(|n| *n != 13).map(|n: i32| {
+    let mut directions = (0..27).filter(|n| *n != 13).map(|n: i32| {
         let [x, y, z] = [n / 9, n / 3 % 3, n % 3].map(|c| Real::from(c - 1));
         Vec3::new(x, y, z).normalize()
     });
     let blocked = |direction: Vec3| offsets.iter().any(|offset| blocks(offset, &direction));
-    directions.map(blocked).all(|blocked| blocked)
+    directions.all(blocked)
 }
 
 /// Where a block of lattice cells lies.

@@ -184,22 +184,12 @@ mod tests {
     fn paint_moves_with_the_mesh() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("block.obj");
-        let mut text = String::new();
-        for corner in 0..8 {
+        let corners = (0..8).map(|corner| {
             let [x, y, z] = [corner & 1, corner >> 1 & 1, corner >> 2];
-            text += &format!("v {} {} {} {y} {y} {y}\n", 20 * x, 14 * y, 16 * z);
-        }
-        for [a, b, c, d] in [
-            [1, 3, 4, 2],
-            [5, 6, 8, 7],
-            [1, 2, 6, 5],
-            [3, 7, 8, 4],
-            [1, 5, 7, 3],
-            [2, 4, 8, 6],
-        ] {
-            text += &format!("f {a} {b} {c} {d}\n");
-        }
-        std::fs::write(&path, text).unwrap();
+            format!("v {} {} {} {y} {y} {y}\n", 20 * x, 14 * y, 16 * z)
+        });
+        let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+        std::fs::write(&path, corners.collect::<String>() + faces).unwrap();
         let struts = Struts::Varying(Varying::Painted {
             black: 0.7,
             white: 0.9,

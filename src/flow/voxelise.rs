@@ -141,16 +141,18 @@ fn build(
         }
     }
     observer(Event::Bone(path, &built.report));
-    let mut note = format!(
+    let note = format!(
         "{:.2} % of the struts and {:.2} % of the pores hang together",
         built.report.struts_connected * 100.0,
         built.report.pores_connected * 100.0
     );
+    observer(Event::Note(path, &note));
     let cut = format!("{:.2} %", built.report.struts_cut * 100.0);
     if cut != "0.00 %" {
-        note += &format!("; {cut} of the struts may beyond the domain, which cuts them off");
+        let note =
+            format!("{cut} of the struts may hang together beyond the domain, which cuts them off");
+        observer(Event::Note(path, &note));
     }
-    observer(Event::Note(path, &note));
     let reached = |ball| built.report.reached(ball) * 100.0;
     let note = format!(
         "from {}, particles reach {:.1} % of the pores; {:.1} % on ways that are resolved, {} spacings wide",

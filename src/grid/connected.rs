@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(neighbours.reached(&masks, None), [slab(0), [0; 8]]);
         // Two bricks in a row have ten faces that nothing follows.
         let inner =
-            |x: usize| (!0xff & !0xff << 56 & !Z_LOW & !Z_HIGH) * u64::from(x > 0 && x < 15);
+            |x: usize| (!0xff & !(0xff << 56) & !Z_LOW & !Z_HIGH) * u64::from(x > 0 && x < 15);
         for (b, rim) in neighbours.rim().iter().enumerate() {
             for (x, word) in rim.iter().enumerate() {
                 assert_eq!(*word, !inner(8 * b + x), "{b} {x}");

@@ -205,6 +205,7 @@ mod tests {
         let count = [4, 5, 131];
         let mut random = crate::math::Stream::new(2, "bits");
         let plain: Vec<bool> = (0..4 * 5 * 131).map(|_| random.unit() < 0.02).collect();
+        let plain = plain.as_slice();
         let index = |[x, y, z]: [usize; 3]| (x * 5 + y) * 131 + z;
         let rows = BitRows::new(count, |[x, y]| move |z| (plain[index([x, y, z])], 0));
         let cells = rows.mixed();
