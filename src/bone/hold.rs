@@ -52,13 +52,13 @@ mod tests {
         };
         let whole = made(None);
         assert!(whole.struts_connected > 0.999, "{whole:?}");
-        assert!(whole.struts_cut < 1e-3, "{whole:?}");
+        assert!(whole.struts_cut < 1e-4, "{whole:?}");
         let part = made(Some(Aabb {
             min: Vec3::new(4.5e-3, 4.5e-3, 5e-3),
             max: Vec3::new(7.5e-3, 7.5e-3, 9e-3),
         }));
-        assert!(part.struts_connected < 0.99, "{part:?}");
-        assert!(part.struts_cut > 0.01, "{part:?}");
-        assert!(part.struts_connected + part.struts_cut > 0.999, "{part:?}");
+        assert!(part.struts_connected < 0.999, "{part:?}");
+        assert!(part.struts_cut > 1e-3, "{part:?}");
+        assert!(part.struts_connected + part.struts_cut > 0.9999, "{part:?}");
     }
 }

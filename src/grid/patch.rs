@@ -156,7 +156,7 @@ mod tests {
         }
         for _ in 0..20 {
             let low = random.cube() * 5.0;
-            let high = low + Vec3::repeat(2.0) + random.cube();
+            let high = low + Vec3::repeat(2.0) + random.cube().map(Real::abs);
             let patch = grid.patch(&low, &high);
             for _ in 0..200 {
                 let x = low + (high - low).component_mul(&random.cube().map(Real::abs));
