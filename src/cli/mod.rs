@@ -27,7 +27,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Runs the command line; usage errors end the process with 2, as clap has it.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    match run(&arguments) {
+    match with_threads(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {}", chain(&error));
@@ -45,14 +45,24 @@ enum Failure {
     Study(#[from] StudyError),
 }
 
-fn run(arguments: &Arguments) -> Result<(), Failure> {
-    if let Some(threads) = arguments.common.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
-        pool.build_global().map_err(|e| FlowError::Io {
+/// Stack of a thread, as the first one of a program has it.
+const STACK: usize = 8 << 20;
+
+/// Runs among the threads that share the work, as one of them: work handed in from outside waits for two of them to wake.
+fn with_threads(arguments: &Arguments) -> Result<(), Failure> {
+    let threads = arguments.common.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+        .build()
+        .map_err(|e| FlowError::Io {
             path: "threads".into(),
             source: io::Error::other(e),
         })?;
-    }
+    pool.install(|| run(arguments))
+}
+
+fn run(arguments: &Arguments) -> Result<(), Failure> {
     let common = &arguments.common;
     let mut progress = Progress::new(common.quiet);
     match &arguments.verb {

@@ -9,7 +9,7 @@ mod wide;
 
 pub use bounds::Aabb;
 pub use noise::{Stream, hash_unit};
-pub use ordered::{BLOCK, ordered_dot, ordered_max, ordered_sum, ordered_sums};
+pub use ordered::{BLOCK, FEW, ordered_dot, ordered_max, ordered_sum, ordered_sums};
 pub use scalar::Scalar;
 pub use sym3::Sym3;
 pub use wide::{Wide, WideRows, widest, widest_rows};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 pub const BLOCK: usize = 512;
 
 /// Up to this many blocks one thread is done sooner than two are woken; the order, and so the bits, are the same.
-const FEW: usize = 16;
+pub const FEW: usize = 16;
 
 /// Σ `term(i)` for `i` in `0..count`, the same bits on any number of threads.
 pub fn ordered_sum(count: usize, term: impl Fn(usize) -> Real + Sync) -> Real {

@@ -21,6 +21,8 @@ pub trait Scalar:
     /// Four of them: lanes do not touch each other, and nothing is fused.
     type Four: Copy
         + Default
+        + From<[Self; 4]>
+        + Into<[Self; 4]>
         + Add<Output = Self::Four>
         + Sub<Output = Self::Four>
         + Mul<Output = Self::Four>;
@@ -29,15 +31,22 @@ pub trait Scalar:
     fn of(value: Real) -> Self;
 
     /// Four at once.
-    fn four(lanes: [Self; 4]) -> Self::Four;
+    #[inline(always)]
+    fn four(lanes: [Self; 4]) -> Self::Four {
+        lanes.into()
+    }
 
     /// The same in all lanes.
+    #[inline(always)]
     fn splat(self) -> Self::Four {
-        Self::four([self; 4])
+        [self; 4].into()
     }
 
     /// The lanes.
-    fn lanes(four: Self::Four) -> [Self; 4];
+    #[inline(always)]
+    fn lanes(four: Self::Four) -> [Self; 4] {
+        four.into()
+    }
 }
 
 impl Scalar for f32 {
@@ -47,16 +56,6 @@ impl Scalar for f32 {
     fn of(value: Real) -> Self {
         value as Self
     }
-
-    #[inline(always)]
-    fn four(lanes: [Self; 4]) -> Self::Four {
-        lanes.into()
-    }
-
-    #[inline(always)]
-    fn lanes(four: Self::Four) -> [Self; 4] {
-        four.to_array()
-    }
 }
 
 impl Scalar for Real {
@@ -65,15 +64,5 @@ impl Scalar for Real {
     #[inline(always)]
     fn of(value: Real) -> Self {
         value
-    }
-
-    #[inline(always)]
-    fn four(lanes: [Self; 4]) -> Self::Four {
-        lanes.into()
-    }
-
-    #[inline(always)]
-    fn lanes(four: Self::Four) -> [Self; 4] {
-        four.to_array()
     }
 }

@@ -4,9 +4,9 @@
 //! tube has its Darcy resistance and long modes are right for any viscosity.
 
 use super::neighbourhood::{Neighbourhood, vector};
-use crate::math::{Real, Vec3};
+use crate::math::{Real, Vec3, Wide, widest};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Cells are this many spacings wide, wider where there would be too many.
 const CELL: Real = 5.0;
@@ -19,7 +19,7 @@ pub struct Coarse {
     cell: Vec<u32>,
     /// Particles of each cell, ascending.
     members: Vec<Vec<u32>>,
-    /// Cholesky factor, row by row.
+    /// Cholesky factor, lower triangle, row by row.
     factor: Vec<Real>,
     /// A uniform pressure moves nothing: a closed body on a lattice.
     closed: bool,
@@ -88,20 +88,26 @@ impl Coarse {
             })
             .collect();
         let mut matrix = vec![0.0; count * count];
+        let mut row_sums = vec![0.0; count];
         for (l, of_cell) in touched.iter().enumerate() {
             let weight = mobility[l] * near.rest_volume * near.rest_volume;
+            let all = of_cell.iter().fold(Vec3::zeros(), |all, (_, g)| all + g);
             for (c, g_c) in of_cell {
+                row_sums[*c as usize] += weight * g_c.dot(&all);
                 for (d, g_d) in of_cell {
-                    matrix[*c as usize * count + *d as usize] += weight * g_c.dot(g_d);
+                    if d <= c {
+                        matrix[*c as usize * count + *d as usize] += weight * g_c.dot(g_d);
+                    }
                 }
             }
         }
         let diagonal = (0..count).map(|c| matrix[c * count + c]);
         let nothing = NOTHING * diagonal.fold(0.0, Real::max);
-        let closed = matrix
-            .chunks_exact(count)
-            .all(|row| row.iter().sum::<Real>().abs() <= nothing);
-        factorise(&mut matrix, count);
+        let closed = row_sums.iter().all(|sum| sum.abs() <= nothing);
+        widest(Factorise {
+            matrix: &mut matrix,
+            n: count,
+        });
         Self {
             cell,
             members,
@@ -113,25 +119,16 @@ impl Coarse {
     /// Q A_c⁻¹ Qᵀ r, by cell: the correction of particle i is `result[cell]`. In a closed body only differences of
     /// pressure mean anything: its level, which the residual's rounding would decide, is left alone.
     pub fn solve(&self, residual: impl Fn(usize) -> Real) -> Vec<Real> {
-        let n = self.members.len();
         let mut x: Vec<Real> = self
             .members
             .iter()
             .map(|m| m.iter().map(|&i| residual(i as usize)).sum())
             .collect();
         self.without_level(&mut x);
-        for r in 0..n {
-            let row = &self.factor[r * n..r * n + r];
-            let sum: Real = row.iter().zip(&x).map(|(a, b)| a * b).sum();
-            x[r] = (x[r] - sum) / self.factor[r * n + r];
-        }
-        for r in (0..n).rev() {
-            x[r] /= self.factor[r * n + r];
-            let top = x[r];
-            for (c, value) in x[..r].iter_mut().enumerate() {
-                *value -= self.factor[r * n + c] * top;
-            }
-        }
+        widest(Substitute {
+            factor: &self.factor,
+            x: &mut x,
+        });
         self.without_level(&mut x);
         x
     }
@@ -152,44 +149,97 @@ impl Coarse {
     }
 }
 
+/// The cell of each particle that is on, and how many there are, numbered in the order of the particles.
 fn assign(position: &[Vec3], active: &[bool], width: Real) -> (Vec<u32>, usize) {
-    let key = |x: &Vec3| [x.x, x.y, x.z].map(|c| (c / width).floor() as i64);
-    let mut numbers: BTreeMap<[i64; 3], u32> = BTreeMap::new();
-    for (x, _) in position.iter().zip(active).filter(|(_, on)| **on) {
-        numbers.insert(key(x), 0);
-    }
-    for (number, slot) in numbers.values_mut().enumerate() {
-        *slot = number as u32;
-    }
+    let mut numbers: HashMap<[i32; 3], u32> = HashMap::new();
     let cell = position
         .iter()
         .zip(active)
-        .map(|(x, &on)| if on { numbers[&key(x)] } else { u32::MAX })
+        .map(|(x, &on)| {
+            if !on {
+                return u32::MAX;
+            }
+            let next = numbers.len() as u32;
+            let key = [x.x, x.y, x.z].map(|c| (c / width).floor() as i32);
+            *numbers.entry(key).or_insert(next)
+        })
         .collect();
     (cell, numbers.len())
 }
 
 /// Cholesky, lower triangle in place; a pivot that is lost to rounding (a cell that nothing resists) decouples.
-fn factorise(a: &mut [Real], n: usize) {
-    let largest = (0..n)
-        .map(|i| a[i * n + i])
-        .fold(0.0, Real::max)
-        .max(Real::MIN_POSITIVE);
-    for i in 0..n {
-        a[i * n + i] += 1e-9 * largest;
-    }
-    for r in 0..n {
-        for c in 0..=r {
-            let (row_r, row_c) = (&a[r * n..r * n + c], &a[c * n..c * n + c]);
-            let sum: Real = row_r.iter().zip(row_c).map(|(x, y)| x * y).sum();
-            let rest = a[r * n + c] - sum;
-            a[r * n + c] = if r == c {
-                rest.max(1e-12 * largest).sqrt()
-            } else {
-                rest / a[c * n + c]
-            };
+struct Factorise<'a> {
+    matrix: &'a mut [Real],
+    n: usize,
+}
+
+impl Wide for Factorise<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (a, n) = (self.matrix, self.n);
+        let largest = (0..n)
+            .map(|i| a[i * n + i])
+            .fold(0.0, Real::max)
+            .max(Real::MIN_POSITIVE);
+        for i in 0..n {
+            a[i * n + i] += 1e-9 * largest;
+        }
+        for r in 0..n {
+            let (above, own) = a.split_at_mut(r * n);
+            for c in 0..r {
+                let row_c = &above[c * n..c * n + c + 1];
+                own[c] = (own[c] - dot(&own[..c], &row_c[..c])) / row_c[c];
+            }
+            let rest = own[r] - dot(&own[..r], &own[..r]);
+            own[r] = rest.max(1e-12 * largest).sqrt();
         }
     }
+}
+
+/// x ← (L Lᵀ)⁻¹ x.
+struct Substitute<'a> {
+    factor: &'a [Real],
+    x: &'a mut [Real],
+}
+
+impl Wide for Substitute<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (factor, x) = (self.factor, self.x);
+        let n = x.len();
+        for r in 0..n {
+            let row = &factor[r * n..r * n + r + 1];
+            x[r] = (x[r] - dot(&row[..r], &x[..r])) / row[r];
+        }
+        for r in (0..n).rev() {
+            let row = &factor[r * n..r * n + r + 1];
+            x[r] /= row[r];
+            let top = x[r];
+            for (value, entry) in x[..r].iter_mut().zip(row) {
+                *value -= entry * top;
+            }
+        }
+    }
+}
+
+/// Σ a_i b_i in lanes that do not wait for each other.
+#[inline(always)]
+fn dot(a: &[Real], b: &[Real]) -> Real {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = a.remainder().iter().zip(b.remainder());
+    for (a, b) in a.zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: Real = rest.map(|(a, b)| a * b).sum();
+    sums.iter().sum::<Real>() + rest
 }
 
 #[cfg(test)]
@@ -198,7 +248,7 @@ mod tests {
 
     #[test]
     fn cholesky_solves() {
-        let n = 5;
+        let n = 21;
         let mut random = crate::math::Stream::new(4, "coarse");
         let b: Vec<Real> = (0..n * n).map(|_| random.between(-1.0, 1.0)).collect();
         let mut a = vec![0.0; n * n];
@@ -209,7 +259,7 @@ mod tests {
             }
         }
         let matrix = a.clone();
-        factorise(&mut a, n);
+        widest(Factorise { matrix: &mut a, n });
         let members = (0..n as u32).map(|i| vec![i]).collect();
         let coarse = Coarse {
             cell: (0..n as u32).collect(),

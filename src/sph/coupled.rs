@@ -21,7 +21,7 @@ use super::operators::{Mean, laplacian_weight, wall_friction};
 use super::pressure::PressureOperator;
 use super::rows::Rows;
 use super::saddle::{Coupling, Drag};
-use crate::math::{BLOCK, Real, Vec3, ordered_sum, ordered_sums};
+use crate::math::{Real, Vec3, ordered_sum, ordered_sums};
 use rayon::prelude::*;
 
 /// Strength of the pressure stabilisation C.
@@ -241,16 +241,19 @@ impl<'a> CoupledSolver<'a> {
             })
             .collect();
         let mut settled = false;
+        let mut fresh = true;
         loop {
-            self.set_active(&active, settled);
-            for i in 0..n {
-                if !active[i] {
-                    x[i][3] = 0.0;
+            if fresh {
+                self.set_active(&active, settled);
+                for i in 0..n {
+                    if !active[i] {
+                        x[i][3] = 0.0;
+                    }
                 }
+                self.contacts.take_out(&mut x);
+                self.contacts.impose(&mut x);
+                image = self.image(&x);
             }
-            self.contacts.take_out(&mut x);
-            self.contacts.impose(&mut x);
-            image = self.image(&x);
             let mut residual: Vec<Packed> = (0..n)
                 .map(|i| {
                     let (f, a) = (self.force[i], image[i]);
@@ -332,6 +335,7 @@ impl<'a> CoupledSolver<'a> {
             if outcome.converged || outcome.outers >= MOST_OUTERS {
                 break;
             }
+            fresh = changed;
             if closed {
                 settled = true;
                 continue;
@@ -339,6 +343,7 @@ impl<'a> CoupledSolver<'a> {
             let next: Vec<bool> = (0..n).map(|i| x[i][3] > 0.0 || s(i) > 0.0).collect();
             let moved = active.iter().zip(&next).filter(|(a, b)| a != b).count();
             settled = moved as Real <= SETTLED * n as Real;
+            fresh |= moved > 0;
             active = next;
         }
         for i in 0..n {
@@ -399,6 +404,3 @@ impl<'a> CoupledSolver<'a> {
         (squares / n as Real).sqrt()
     }
 }
-
-/// Blocks of the vector loops in MINRES are those of the ordered sums.
-pub(super) const VECTOR_BLOCK: usize = BLOCK;

@@ -1,10 +1,9 @@
 //! MINRES with a positive definite preconditioner, for the symmetric indefinite velocity–pressure system [Paige75].
 //!
-//! In double or single precision; scalars are always double. The residual is carried along by its own recurrence, r ← s² r + φ c v̂, so that each block of it can be tested
-//! in every iteration without another pass.
+//! In double or single precision; scalars are always double. The residual is carried along by its own recurrence,
+//! r ← s² r + φ c v̂, so that each block of it can be tested in every iteration without another pass.
 
-use super::coupled::VECTOR_BLOCK;
-use crate::math::{Real, Scalar};
+use crate::math::{BLOCK as VECTOR_BLOCK, FEW, Real, Scalar};
 use rayon::prelude::*;
 
 /// Velocity and pressure of one particle.
@@ -46,17 +45,17 @@ pub fn solve<T: Scalar, S: Operator<T> + Preconditioner<T> + Sync>(
     let mut gamma_old = 1.0;
     let mut phi = gamma;
     let (mut s_old, mut s, mut c_old, mut c) = (0.0, 0.0, 1.0, 1.0);
+    let unit = T::of(1.0 / gamma);
+    for_each([&mut z], |_, [z]| *z = z.map(|e| e * unit));
     for iteration in 1..=most {
         if gamma == 0.0 || !gamma.is_finite() {
             return (x, iteration - 1);
         }
-        let unit = T::of(1.0 / gamma);
-        for_each(&mut z, |_, q| *q = q.map(|e| e * unit));
         system.apply(&z, &mut image);
         let delta = dot(&image, &z);
         // Lanczos: the new vector takes the place of the oldest.
         let (from_v, from_old) = (T::of(delta / gamma), T::of(gamma / gamma_old));
-        for_each(&mut v_old, |i, q| {
+        for_each([&mut v_old], |i, [q]| {
             for a in 0..4 {
                 q[a] = image[i][a] - from_v * v[i][a] - from_old * q[a];
             }
@@ -77,31 +76,27 @@ pub fn solve<T: Scalar, S: Operator<T> + Preconditioner<T> + Sync>(
         s = gamma_new / alpha_1;
         let [own, of_old, of_w] =
             [1.0, alpha_3, alpha_2].map(|weight: Real| T::of(weight / alpha_1));
-        for_each(&mut w_old, |i, q| {
-            for a in 0..4 {
-                q[a] = own * z[i][a] - of_old * q[a] - of_w * w[i][a];
-            }
-        });
-        std::mem::swap(&mut w, &mut w_old);
         let along = T::of(c * phi);
         phi *= -s;
-        let add = if gamma_new > 0.0 {
-            phi * c / gamma_new
+        // What is left to do of a zero vector is nothing: the next iteration ends before it reads it.
+        let (add, unit) = if gamma_new > 0.0 {
+            (T::of(phi * c / gamma_new), T::of(1.0 / gamma_new))
         } else {
-            0.0
+            (T::default(), T::default())
         };
-        let (keep, add) = (T::of(s * s), T::of(add));
-        for_each(&mut x, |i, q| {
-            for a in 0..4 {
-                q[a] += along * w[i][a];
-            }
-        });
-        for_each(&mut residual, |i, q| {
-            for a in 0..4 {
-                q[a] = keep * q[a] + add * v[i][a];
-            }
-        });
-        std::mem::swap(&mut z, &mut image);
+        let keep = T::of(s * s);
+        for_each(
+            [&mut w_old, &mut x, &mut residual, &mut z],
+            |i, [w_new, x, residual, z]| {
+                for a in 0..4 {
+                    w_new[a] = own * z[a] - of_old * w_new[a] - of_w * w[i][a];
+                    x[a] += along * w_new[a];
+                    residual[a] = keep * residual[a] + add * v[i][a];
+                    z[a] = image[i][a] * unit;
+                }
+            },
+        );
+        std::mem::swap(&mut w, &mut w_old);
         (gamma_old, gamma) = (gamma, gamma_new);
         if done(&residual) {
             return (x, iteration);
@@ -110,20 +105,35 @@ pub fn solve<T: Scalar, S: Operator<T> + Preconditioner<T> + Sync>(
     (x, most)
 }
 
-fn for_each<T: Scalar>(x: &mut [Packed<T>], change: impl Fn(usize, &mut Packed<T>) + Sync) {
-    if x.len() <= 16 * VECTOR_BLOCK {
-        for (i, row) in x.iter_mut().enumerate() {
-            change(i, row);
-        }
-        return;
+/// Changes the rows of several vectors together.
+fn for_each<T: Scalar, const N: usize>(
+    vectors: [&mut Vec<Packed<T>>; N],
+    change: impl Fn(usize, [&mut Packed<T>; N]) + Sync,
+) {
+    // The same block of every vector.
+    let count = vectors[0].len().div_ceil(VECTOR_BLOCK);
+    let mut blocks: Vec<[&mut [Packed<T>]; N]> = Vec::with_capacity(count);
+    let mut chunks = vectors.map(|vector| vector.chunks_mut(VECTOR_BLOCK));
+    for _ in 0..count {
+        blocks.push(
+            chunks
+                .each_mut()
+                .map(|chunk| chunk.next().unwrap_or_default()),
+        );
     }
-    x.par_chunks_mut(VECTOR_BLOCK)
-        .enumerate()
-        .for_each(|(block, rows)| {
-            for (offset, row) in rows.iter_mut().enumerate() {
-                change(block * VECTOR_BLOCK + offset, row);
-            }
-        });
+    let fill = |(number, mut rows): (usize, [&mut [Packed<T>]; N])| {
+        for r in 0..rows[0].len() {
+            change(
+                number * VECTOR_BLOCK + r,
+                rows.each_mut().map(|rows| &mut rows[r]),
+            );
+        }
+    };
+    if count <= FEW / N {
+        blocks.into_iter().enumerate().for_each(fill);
+    } else {
+        blocks.into_par_iter().enumerate().for_each(fill);
+    }
 }
 
 fn dot<T: Scalar>(a: &[Packed<T>], b: &[Packed<T>]) -> Real {

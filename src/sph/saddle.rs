@@ -24,11 +24,12 @@ impl CoupledSolver<'_> {
     /// [H v + P k; Pᵀ v − C k] of all particles, also of those that no pressure acts on.
     pub(super) fn image(&self, x: &[Packed]) -> Vec<Packed> {
         let mut out = vec![[0.0; 4]; x.len()];
-        self.apply_to(x, &mut out);
+        self.apply_to(x, true, &mut out);
         out
     }
 
-    fn apply_to<T: Scalar>(&self, x: &[Packed<T>], out: &mut [Packed<T>]) {
+    /// `free`: whether the pressure rows of particles that no pressure acts on are wanted; 0 if not.
+    fn apply_to<T: Scalar>(&self, x: &[Packed<T>], free: bool, out: &mut [Packed<T>]) {
         let near = self.problem.near;
         let mut of_walls = vec![[T::default(); 2]; near.of_wall.len()];
         widest_rows(&OfWalls { near, x }, &mut of_walls);
@@ -36,6 +37,7 @@ impl CoupledSolver<'_> {
             solver: self,
             x,
             of_walls: &of_walls,
+            free,
         };
         widest_rows(&apply, out);
     }
@@ -55,12 +57,7 @@ impl CoupledSolver<'_> {
 impl minres::Operator<f32> for CoupledSolver<'_> {
     /// Vectors have nothing along the normals of held particles, and keep nothing there.
     fn apply(&self, x: &[Packed<f32>], out: &mut [Packed<f32>]) {
-        self.apply_to(x, out);
-        for (row, active) in out.iter_mut().zip(&self.active) {
-            if !active {
-                row[3] = 0.0;
-            }
-        }
+        self.apply_to(x, false, out);
         self.level(out);
         self.contacts.take_out(out);
     }
@@ -95,6 +92,7 @@ struct Apply<'a, T> {
     solver: &'a CoupledSolver<'a>,
     x: &'a [Packed<T>],
     of_walls: &'a [[T; 2]],
+    free: bool,
 }
 
 impl<T: Scalar> WideRows<Packed<T>> for Apply<'_, T> {
@@ -134,7 +132,11 @@ impl<T: Scalar> WideRows<Packed<T>> for Apply<'_, T> {
                 row[axis] = h * own[axis] - drag[axis] + volume * push[axis];
             }
             let rate = differ[0] + differ[1] + differ[2];
-            row[3] = volume * rate + given_back - smooth;
+            row[3] = if self.free || solver.active[i] {
+                volume * rate + given_back - smooth
+            } else {
+                T::default()
+            };
         }
     }
 }
