@@ -106,7 +106,7 @@ pub enum ElasticWaves {
     /// Flow that follows its driving, as in bone: waves are damped, noise dies soonest.
     #[default]
     Damped,
-    /// Flow that swings: waves longer than eight spacings are kept, and so is more noise.
+    /// Flow that swings: waves longer than a few spacings are kept, and so is more noise.
     Resolved,
 }
 

@@ -75,15 +75,11 @@ pub struct CoupledGoal {
     pub strain_rate: Real,
     /// |Σ s| over the particles under pressure [m³/s].
     pub balance: Real,
-    /// Root mean square velocity residual r_v/H_ii [m/s]; where the step's change is smaller than that, a hundredth
-    /// of the residual that the guess leaves.
+    /// Root mean square velocity residual r_v/H_ii [m/s].
     pub velocity: Real,
+    /// Share of the velocity residual of the guess that may be left where the step's change is smaller than that [1].
+    pub reduction: Real,
 }
-
-/// Share of the guess's velocity residual that may be left. What is left is the slowest mode, in each step the same: with
-/// 0.02, 0.01, 0.005 a viscous wave is 0.95, 0.69, 0.62 % off at 64 spacings (order 1.4, 1.8, 1.9), and the vertebra takes
-/// 21.8, 24.6, 29.8 iterations a step.
-const REDUCTION: Real = 0.01;
 
 /// What became of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -226,7 +222,7 @@ impl<'a> CoupledSolver<'a> {
         self.contacts = Contacts::new(std::mem::take(&mut self.problem.contacts), slack, &x);
         let velocity_goal = goal
             .velocity
-            .min((REDUCTION * guess).max(1e-3 * goal.velocity));
+            .min((goal.reduction * guess).max(1e-3 * goal.velocity));
         let closed = self.problem.closed;
         let s = |i: usize| self.source[i] + image[i][3];
         let mut active: Vec<bool> = (0..n)
