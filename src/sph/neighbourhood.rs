@@ -1,7 +1,7 @@
 //! Who is near whom, and what every operator needs of a pair: built once a step, read by all.
 //!
-//! Pair terms are kept in f32 relative to the pair (exactly antisymmetric, so that momentum is kept) and
-//! summed in f64.
+//! Pair terms are kept in f32 relative to the pair, exactly antisymmetric, so that momentum is kept. Operators sum them in
+//! f64, but for corrections of the coupled solve (`saddle`).
 
 use super::{Cells, Domain, Kernel, MovingWalls, Rows, WallParticles, Walls};
 use crate::math::{Mat3, Real, Sym3, Vec3};
