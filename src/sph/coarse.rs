@@ -189,7 +189,7 @@ impl Wide for Factorise<'_> {
         for r in 0..n {
             let (above, own) = a.split_at_mut(r * n);
             for c in 0..r {
-                let row_c = &above[c * n..c * n + c + 1];
+                let row_c = &above[c * n..=c * n + c];
                 own[c] = (own[c] - dot(&own[..c], &row_c[..c])) / row_c[c];
             }
             let rest = own[r] - dot(&own[..r], &own[..r]);
@@ -212,11 +212,11 @@ impl Wide for Substitute<'_> {
         let (factor, x) = (self.factor, self.x);
         let n = x.len();
         for r in 0..n {
-            let row = &factor[r * n..r * n + r + 1];
+            let row = &factor[r * n..=r * n + r];
             x[r] = (x[r] - dot(&row[..r], &x[..r])) / row[r];
         }
         for r in (0..n).rev() {
-            let row = &factor[r * n..r * n + r + 1];
+            let row = &factor[r * n..=r * n + r];
             x[r] /= row[r];
             let top = x[r];
             for (value, entry) in x[..r].iter_mut().zip(row) {
