@@ -12,7 +12,7 @@
 use super::mixture::{ALPHA_EPSILON, mixture_velocity, momentum_density};
 use super::{Cement, FluidParticles, PerPhase};
 use crate::math::{Real, Vec3};
-use crate::sph::{Neighbourhood, Pair, vector};
+use crate::sph::{Neighbourhood, Pair, Rows, vector};
 use rayon::prelude::*;
 
 const GRAIN: usize = 128;
@@ -39,14 +39,19 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
         let diffusion = cement.diffusion * 2.0 * Real::from(pair.steepness) * (alpha[j] - alpha[i]);
         2.0 * dt / (near.trace[i] + near.trace[j]) * (diffusion - drift)
     };
+    // In single precision it stays antisymmetric.
+    let mut gains: Rows<f32> = Rows::default();
+    gains.rebuild(n, |i, row| {
+        row.extend(near.pairs(i).map(|pair| gain(i, &pair) as f32));
+    });
     // How much of what a particle would give away it has: of polymer, and of liquid.
     let rations: Vec<PerPhase<Real>> = (0..n)
         .into_par_iter()
         .with_min_len(GRAIN)
         .map(|i| {
             let (mut polymer_out, mut liquid_out) = (0.0, 0.0);
-            for pair in near.pairs(i) {
-                let g = gain(i, &pair);
+            for &g in gains.row(i) {
+                let g = Real::from(g);
                 polymer_out += (-g).max(0.0);
                 liquid_out += g.max(0.0);
             }
@@ -66,10 +71,10 @@ pub fn advance(cement: &Cement, fluid: &mut FluidParticles, near: &Neighbourhood
             // α_k v_k of each phase, exchanged with the velocity of the giver.
             let mut polymer = own.polymer * alpha[i];
             let mut liquid = own.liquid * (1.0 - alpha[i]);
-            for pair in near.pairs(i) {
-                let j = pair.j as usize;
+            for (link, &g) in near.fluid.row(i).iter().zip(gains.row(i)) {
+                let j = link.j as usize;
                 let other = fluid.phase_velocity[j];
-                let g = gain(i, &pair);
+                let g = Real::from(g);
                 let (g, polymer_from, liquid_from) = if g > 0.0 {
                     (
                         g * rations[j].polymer.min(rations[i].liquid),

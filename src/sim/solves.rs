@@ -3,7 +3,7 @@
 use super::stepper::Stepper;
 use crate::fluid::mixture;
 use crate::math::{Real, Vec3, ordered_max, ordered_sum};
-use crate::sph::operators::{Mean, viscous_force};
+use crate::sph::operators::Mean;
 use crate::sph::{
     ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
     Source, solve_pressure,
@@ -226,10 +226,6 @@ impl Stepper<'_> {
     ) {
         let n = self.fluid.len();
         self.steady(viscosity, &mut lag);
-        let lagged = viscous_force(self.near, &lag, Mean::Arithmetic, &self.mix.velocity, true);
-        for (force, lagged) in force.iter_mut().zip(&lagged) {
-            *force -= lagged;
-        }
         // v_θ is what an implicit Euler step of θ dt comes to; the end of the step lies beyond it on the same line.
         let dt = self.settings.theta * self.dt;
         let operator = PressureOperator { near: self.near };
@@ -263,6 +259,7 @@ impl Stepper<'_> {
             viscosity,
             mean,
             lag: &lag,
+            before: &self.mix.velocity,
             dt,
             force: &force,
             excess: &excess,

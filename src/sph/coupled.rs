@@ -47,11 +47,13 @@ pub struct CoupledProblem<'a> {
     pub viscosity: &'a [Real],
     /// How pairs of different viscosity resist.
     pub mean: Mean,
-    /// Viscosity on top that resists only what changes in the step [Pa·s]: its part of b is `force`'s business.
+    /// Viscosity on top that resists only what changes in the step [Pa·s].
     pub lag: &'a [Real],
+    /// Velocities before the step, from which the lag counts [m/s].
+    pub before: &'a [Vec3],
     /// Time step [s].
     pub dt: Real,
-    /// b without the walls' part: M/dt v* plus explicit forces [N].
+    /// b without the parts of the walls and of the lag: M/dt v* plus explicit forces [N].
     pub force: &'a [Vec3],
     /// c without the walls' motion: excess volume / dt [m³/s].
     pub excess: &'a [Real],
@@ -107,7 +109,7 @@ pub struct CoupledSolver<'a> {
     pub(super) diagonal: Vec<Real>,
     /// Its inverse [s/kg].
     pub(super) inverse: Vec<Real>,
-    /// b with the walls' part [N].
+    /// b [N].
     force: Vec<Vec3>,
     /// c with the walls' part [m³/s].
     source: Vec<Real>,
@@ -140,16 +142,27 @@ impl<'a> CoupledSolver<'a> {
                 couplings.push([g_x, g_y, g_z, 0.0]);
             }
         });
+        let lags = problem.lag.iter().any(|&lag| lag > 0.0);
         let rows: Vec<(Real, Vec3)> = (0..n)
             .into_par_iter()
             .with_min_len(GRAIN)
             .map(|i| {
-                let drags: Real = drags.row(i).iter().map(|p| Real::from(p.drag)).sum();
                 let (friction, carried) = wall_friction(near, i);
-                let scale = volume * (problem.viscosity[i] + problem.lag[i]);
+                let (viscosity, lag) = (problem.viscosity[i], problem.lag[i]);
+                let own = problem.before[i];
+                let mut lagging = own * (lag * friction);
+                if lags {
+                    for pair in near.pairs(i) {
+                        let j = pair.j as usize;
+                        let lag = Mean::Arithmetic.of(lag, problem.lag[j]);
+                        let weight = lag * laplacian_weight(near, i, &pair);
+                        lagging += (own - problem.before[j]) * weight;
+                    }
+                }
+                let drags: Real = drags.row(i).iter().map(|p| Real::from(p.drag)).sum();
                 (
-                    problem.mass[i] / problem.dt + drags + scale * friction,
-                    problem.force[i] + carried * scale,
+                    problem.mass[i] / problem.dt + drags + volume * (viscosity + lag) * friction,
+                    problem.force[i] + (carried * viscosity + lagging) * volume,
                 )
             })
             .collect();

@@ -6,6 +6,9 @@ use super::saddle::Drag;
 use crate::math::{Real, ordered_sum};
 use rayon::prelude::*;
 
+/// Steps of CG: with 12 the solve takes 1 % fewer iterations, which cost less than these.
+const STEPS: usize = 6;
+
 /// Velocity per force [m/(s N)]: (M + dt K) u = M 1 by a few steps of Jacobi-CG, times dt/m. `drags` and `diagonal`
 /// [kg/s] are those of M/dt + K.
 pub(super) fn of_uniform_push(
@@ -35,7 +38,7 @@ pub(super) fn of_uniform_push(
     let mut d = z.clone();
     let mut rz = ordered_sum(n, |i| r[i] * z[i]);
     let start = rz;
-    for _ in 0..12 {
+    for _ in 0..STEPS {
         if rz <= 1e-8 * start {
             break;
         }
