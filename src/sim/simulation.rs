@@ -42,6 +42,8 @@ pub struct Simulation {
     pub rest_volume: Real,
     /// Largest step after one that failed [s], if one did lately.
     pub caution: Option<Real>,
+    /// Speed at which compression is undone [m/s]; 0 before the first step.
+    pub pace: Real,
     kernel: Kernel,
     domain: Domain,
     solid: Solid,
@@ -105,6 +107,7 @@ impl Simulation {
             carved,
             rest_volume,
             caution: None,
+            pace: 0.0,
             kernel,
             domain,
             solid,
@@ -185,7 +188,7 @@ impl Simulation {
             TimeStep::Fixed(_) => None,
         };
         self.before.copy_from(&self.fluid);
-        let inlets = self.inlets.clone();
+        let (inlets, pace) = (self.inlets.clone(), self.pace);
         let mut retries = 0;
         loop {
             let (mut report, ended) = self.attempt(left, retries);
@@ -209,6 +212,7 @@ impl Simulation {
             };
             self.fluid.copy_from(&self.before);
             self.inlets.clone_from(&inlets);
+            self.pace = pace;
             let Some(min) = least.filter(|&min| retries < MOST_RETRIES && report.dt > min) else {
                 self.steps -= 1;
                 return Err(error);
@@ -234,7 +238,9 @@ impl Simulation {
     fn attempt(&mut self, left: Real, retries: u32) -> (StepReport, Result<(), SimError>) {
         let mut stepper = self.stepper(retries);
         let ended = schemes::step(&mut stepper, left);
-        (stepper.report, ended)
+        let (report, pace) = (stepper.report, stepper.pace);
+        self.pace = pace;
+        (report, ended)
     }
 
     fn stepper(&mut self, retries: u32) -> Stepper<'_> {
@@ -257,6 +263,7 @@ impl Simulation {
             closed: false,
             stress: self.settings.stress,
             caution: self.caution,
+            pace: self.pace,
             dt: 0.0,
             time: self.time,
             step: self.steps,

@@ -30,6 +30,9 @@ pub struct Progress {
     /// Largest step after one that failed [s], if one did lately.
     #[serde(default)]
     pub caution: Option<Real>,
+    /// Speed at which compression is undone [m/s].
+    #[serde(default)]
+    pub pace: Real,
     /// Of each inlet.
     pub inlets: Vec<InletProgress>,
     /// What adds up for the tables.
@@ -71,6 +74,7 @@ impl Simulation {
             steps: self.steps,
             carved: self.carved,
             caution: self.caution,
+            pace: self.pace,
             inlets: self.inlets.iter().map(inlet).collect(),
             tally: self.tally.clone(),
         }
@@ -88,6 +92,7 @@ impl Simulation {
         self.steps = progress.steps;
         self.carved = progress.carved;
         self.caution = progress.caution;
+        self.pace = progress.pace;
         self.tally = progress.tally;
         for (inlet, then) in self.inlets.iter_mut().zip(progress.inlets) {
             inlet.travelled = then.travelled;

@@ -67,6 +67,8 @@ pub struct Stepper<'a> {
     pub stress: StressStep,
     /// Largest step after one that failed [s], if one did lately.
     pub caution: Option<Real>,
+    /// Speed at which compression is undone [m/s]; 0 before the first step.
+    pub pace: Real,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -226,6 +228,7 @@ impl Stepper<'_> {
         }
         self.dt = dt;
         self.drive_walls();
+        self.keep_pace();
         self.report.dt = dt;
         self.report.limit = Some(limit);
     }

@@ -2,7 +2,7 @@
 
 use crate::fluid::{Cement, PhaseMaterial};
 use crate::math::{Aabb, Real, Vec3};
-use crate::sim::{BodyShape, Inlet, Scheme, TimeStep};
+use crate::sim::{Body, BodyShape, Inlet, Scheme, TimeStep};
 use crate::solid::{Shape, Solid, wall_particles};
 use crate::study::scenes::{Place, body, newtonian, settings};
 use serde::Serialize;
@@ -163,15 +163,19 @@ impl Pressed {
         };
         s.cement = self.cement();
         s.duration = self.duration();
-        s.bodies = vec![body(
-            BodyShape::Cylinder {
-                base: Vec3::z() * 0.5 * dx,
-                axis: Vec3::z(),
-                length: (depth - 0.5) * dx,
-                radius: 8.0 * dx,
-            },
-            1.0,
-        )];
+        // Full to the walls: gaps there would take up all that flows in before anything comes out.
+        s.bodies = vec![Body {
+            saturated: true,
+            ..body(
+                BodyShape::Cylinder {
+                    base: Vec3::z() * 0.5 * dx,
+                    axis: Vec3::z(),
+                    length: (depth - 0.5) * dx,
+                    radius: 8.0 * dx,
+                },
+                1.0,
+            )
+        }];
         let flow_rate = SPEED * PI * (radius * dx).powi(2);
         s.inlets = vec![Inlet {
             name: "piston".into(),
