@@ -245,8 +245,41 @@ fn surfaces_converge_to_the_exact_body_in_the_spacing() {
     }
 }
 
-/// Whether a layer of a lattice lies just inside of a body or just outside, nobody can tell from the particles: somewhere
-/// on the surface half a spacing is lost at every size. What the sizes share in is the mean over surface and places.
+/// A flat face may lie anywhere between two layers of a lattice: the particles are the same, and so is every surface made
+/// of them. Half a spacing is what no reconstruction does without; where it is lost here as well, it is not ours.
+#[test]
+fn half_a_spacing_of_doubt_is_the_lattice_s_own() {
+    let slab = |half: f64| {
+        let mut points = Vec::new();
+        for i in 0..20 * 20 * 20 {
+            let p = Vec3::from([i % 20, i / 20 % 20, i / 400].map(|c| f64::from(c) - 9.5));
+            if p.z.abs() < half {
+                points.push(p);
+            }
+        }
+        frame_of(&points)
+    };
+    let (thin, thick) = (4.51, 5.49);
+    assert_eq!(slab(thin).position, slab(thick).position);
+    let mesh = reconstruct(&slab(thin), None, &SurfaceSettings::default()).mesh;
+    let farthest = |half: f64| {
+        let middle = samples(&mesh);
+        let middle = middle.iter().filter(|p| p.x.abs().max(p.y.abs()) < 6.0);
+        middle.map(|p| (p.z.abs() - half).abs()).fold(0.0, f64::max)
+    };
+    let (low, high) = (farthest(thin), farthest(thick));
+    // Measured: 0.54 and 0.44, as volume lost at edges is given back on faces. Whatever the surface, the larger is not
+    // below 0.49.
+    assert!((0.49..0.56).contains(&low.max(high)), "{low} {high}");
+}
+
+/// What the sizes share in is the mean over surface and places. The farthest point errs by half a spacing at every size,
+/// which is first order, and as good as the lattice allows. Worst of 24 places, in spacings, at sizes of 6, 8.5, 12, 17, 24
+/// and 34: sphere 0.41, 0.43, 0.49, 0.50, 0.52, 0.53; torus 0.44, 0.44, 0.48, 0.52, 0.51, 0.53; slab 0.62, 0.58, 0.56,
+/// 0.55, 0.52, 0.53. Orders fitted to these are 0.85, 0.88 and 1.10: steps of small round bodies are narrow enough to be
+/// smoothed, so the bound is met from below. Splashsurf 0.14, with 25 rounds of its own smoothing, at six of these places
+/// and sizes up to 24: sphere 0.45, 0.50, 0.46, 0.46, 0.46 where these are 0.33, 0.43, 0.42, 0.45, 0.47; torus 0.49, 0.42,
+/// 0.49, 0.52, 0.50 where these are 0.44, 0.39, 0.46, 0.51, 0.50.
 #[test]
 fn bodies_cut_from_a_lattice_converge_in_the_mean_and_err_by_half_a_spacing_at_most() {
     for body in &BODIES {

@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 
 /// Angle across the shorter side of a picture [rad].
 const FIELD_OF_VIEW: Real = 0.5;
-/// How far behind the cut face of the bone that of the cement lies, in spacings.
-const STEP_BACK: Real = 0.05;
+/// How far behind the cut face of the bone that of the cement lies, in spacings: struts stand out of it.
+const STEP_BACK: Real = 0.5;
 /// Cannulas, as sRGB.
 const STEEL: [u8; 3] = [158, 165, 174];
 

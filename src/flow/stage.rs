@@ -75,6 +75,7 @@ impl Stage {
         match self {
             Self::Voxelise => json!({
                 "shapes": scene.shapes,
+                "tubes": scene.tubes,
                 "meshes": scene.meshes,
                 "fillings": scene.fillings,
                 "movers": scene.movers,

@@ -44,14 +44,14 @@ pub(super) fn work(job: &Job, observer: &mut Observer<'_>) -> Result<(), FlowErr
         built = Some((bone, outer));
     }
     let mut tubes = TriMesh::default();
-    for shape in &scene.shapes {
+    for tube in &scene.tubes {
         if let Shape::Tube {
             base,
             axis,
             length,
             inner,
             outer,
-        } = shape
+        } = tube
         {
             tubes.append(&mesh::tube(base, axis, *length, *inner, *outer));
         }

@@ -1,4 +1,7 @@
 //! A map of colours on a plane: what a cut face shows of the points behind it.
+//!
+//! A plane in one light is one flat tone, on which nobody tells what is near from what is far. So the face has a lip: it is
+//! shaded as if it bent down where its points end, at its rim and around what stands in it.
 
 use super::Colour;
 use crate::grid::kernel;
@@ -6,6 +9,10 @@ use crate::math::{Real, Vec3};
 
 /// Nodes along an edge at most, however far the points lie apart.
 const MOST: Real = 2000.0;
+/// How far the face is taken to bend down where its points end, in reaches of the kernel.
+const LIP: Real = 0.45;
+/// Shares of the weight among points where the lip ends and begins: disorder within does not show.
+const BEND: [Real; 2] = [0.3, 0.9];
 
 /// Colours at the nodes of a square lattice on a plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +26,8 @@ pub struct Chart {
     /// Colour times weight, and weight, of each node; columns running fastest.
     nodes: Vec<(Colour, Real)>,
     elsewhere: Colour,
+    /// Height of the lip at each node [m].
+    height: Vec<f32>,
 }
 
 impl Chart {
@@ -83,11 +92,24 @@ impl Chart {
                 (Colour::zeros(), 0.0)
             }
         };
+        // The mean that a place picked by weight has: that among points.
+        let total = |power: i32| {
+            sums.iter()
+                .map(|s| Real::from(s[1]).powi(power))
+                .sum::<Real>()
+        };
+        let among = total(2) / total(1);
+        let height = |[_, weight]: &[f32; 2]| {
+            let share = (Real::from(*weight) / among - BEND[0]) / (BEND[1] - BEND[0]);
+            let share = share.clamp(0.0, 1.0);
+            (LIP * reach * share * share * (3.0 - 2.0 * share)) as f32
+        };
         Self {
             axes,
             step,
             first,
             size,
+            height: sums.iter().map(height).collect(),
             nodes: sums.into_iter().map(node).collect(),
             elsewhere,
         }
@@ -95,23 +117,51 @@ impl Chart {
 
     /// The colour at a point of the plane [m], evenly between nodes.
     pub fn at(&self, x: &Vec3) -> Colour {
-        let place = [0, 1].map(|a| self.axes[a].dot(x) / self.step - self.first[a]);
         let (mut colour, mut weight) = (Colour::zeros(), 0.0);
-        for corner in 0..4 {
-            let node = [corner >> 1, corner & 1];
-            let node = [0, 1].map(|a| place[a].floor() + Real::from(node[a]));
-            if (0..2).all(|a| node[a] >= 0.0 && node[a] < self.size[a] as Real) {
-                let share = (1.0 - (place[0] - node[0]).abs()) * (1.0 - (place[1] - node[1]).abs());
-                let (c, w) = &self.nodes[node[0] as usize * self.size[1] + node[1] as usize];
-                colour += c * share;
-                weight += w * share;
-            }
+        for (node, share) in self.around(self.place(x)) {
+            let (c, w) = &self.nodes[node];
+            colour += c * share;
+            weight += w * share;
         }
         if weight > 0.0 {
             colour / weight
         } else {
             self.elsewhere
         }
+    }
+
+    /// How steeply, and which way, the lip rises at a point of the plane [1].
+    pub fn slope(&self, x: &Vec3) -> Vec3 {
+        let place = self.place(x);
+        let height = |aside: [Real; 2]| -> Real {
+            let there = [place[0] + aside[0], place[1] + aside[1]];
+            let nodes = self.around(there);
+            nodes
+                .map(|(node, share)| Real::from(self.height[node]) * share)
+                .sum()
+        };
+        let along = [
+            height([1.0, 0.0]) - height([-1.0, 0.0]),
+            height([0.0, 1.0]) - height([0.0, -1.0]),
+        ];
+        (self.axes[0] * along[0] + self.axes[1] * along[1]) / (2.0 * self.step)
+    }
+
+    /// Where a point is among the nodes [nodes].
+    fn place(&self, x: &Vec3) -> [Real; 2] {
+        [0, 1].map(|a| self.axes[a].dot(x) / self.step - self.first[a])
+    }
+
+    /// The nodes around a place, and the share of each.
+    fn around(&self, place: [Real; 2]) -> impl Iterator<Item = (usize, Real)> {
+        let size = self.size;
+        (0..4).filter_map(move |corner| {
+            let node = [corner >> 1, corner & 1];
+            let node = [0, 1].map(|a| place[a].floor() + Real::from(node[a]));
+            let inside = (0..2).all(|a| node[a] >= 0.0 && node[a] < size[a] as Real);
+            let share = (1.0 - (place[0] - node[0]).abs()) * (1.0 - (place[1] - node[1]).abs());
+            inside.then_some((node[0] as usize * size[1] + node[1] as usize, share))
+        })
     }
 }
 
@@ -149,8 +199,17 @@ mod tests {
                 let expected = Real::from(field(x.x as f32, x.y as f32));
                 let found = chart.at(&x).x;
                 assert!((found - expected).abs() < 2e-3, "{x}: {found} {expected}");
+                assert!(chart.slope(&x).norm() < 1e-12, "{x}");
             }
         }
+        // Outwards the face falls, by no more than it may, and lies flat beyond.
+        let mut fall = 0.0;
+        for i in 0..200 {
+            let slope = chart.slope(&(point + a * (0.1 * Real::from(i))));
+            assert!(slope.dot(&a) < 1e-6 && slope.dot(&normal).abs() < 1e-6);
+            fall -= 0.1 * slope.dot(&a);
+        }
+        assert!((fall - LIP * 2.0).abs() < 0.02, "{fall}");
         assert_eq!(chart.at(&(point + a * 90.0)).x, -1.0);
         let lost = [[f32::NAN; 3], [1e30; 3]];
         let none = Chart::new([&point, &normal], &lost, &[1.0; 2], 2.0, |_| a, b);

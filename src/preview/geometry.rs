@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 /// The number of no primitive.
 pub(super) const NOTHING: u32 = u32::MAX;
+/// Gloss of a cut face that shows what lies behind it.
+const WET: Real = 0.3;
 
 /// A scene in view space. Numbers: triangles mesh by mesh, then spheres; caps of cut meshes count down from the end.
 pub(super) struct Geometry<'a> {
@@ -127,14 +129,18 @@ impl<'a> Geometry<'a> {
         } else if let Some(mesh) = self.meshes.get((NOTHING - 1 - number) as usize) {
             let plane = mesh.cut?;
             let position = ray * plane.entry(&ray)?;
+            let (colour, slope, gloss) = match mesh.layer.cut?.cap {
+                Cap::Uniform(colour) => (colour, Vec3::zeros(), 0.0),
+                Cap::Chart(chart) => {
+                    let place = self.view.world(&position);
+                    (chart.at(&place), chart.slope(&place), WET)
+                }
+            };
             Some(Surface {
                 position,
-                normal: plane.normal,
-                colour: match mesh.layer.cut?.cap {
-                    Cap::Uniform(colour) => colour,
-                    Cap::Chart(chart) => chart.at(&self.view.world(&position)),
-                },
-                material: Material::Opaque { gloss: 0.0 },
+                normal: (plane.normal - self.view.axes * slope).normalize(),
+                colour,
+                material: Material::Opaque { gloss },
             })
         } else if number >= self.first_sphere {
             let i = (number - self.first_sphere) as usize;

@@ -31,6 +31,16 @@ pub struct Legend {
     pub position: fn(Real) -> Real,
 }
 
+impl Legend {
+    /// Position of a value.
+    fn place(&self, value: Real) -> Real {
+        (self.position)((value - self.low) / (self.high - self.low))
+    }
+}
+
+/// Lowest ticks stand closer together than this share of the legend, whatever its scale.
+const WIDEST_GAP: Real = 0.36;
+
 pub(super) fn draw(
     image: &mut RgbImage,
     lettering: &Lettering,
@@ -67,15 +77,9 @@ fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
         width - 2.0 * pen.size - thick,
         height - long - 2.0 * pen.size,
     );
-    let (step, digits) = tick_step(legend.high - legend.low);
-    let first = (legend.low / step - 1e-9).ceil();
-    for k in 0..12 {
-        let value = (first + Real::from(k)) * step;
-        if value.is_nan() || value > legend.high + 1e-9 * step {
-            break;
-        }
-        let share = (value - legend.low) / (legend.high - legend.low);
-        let y = top + long * (1.0 - (legend.position)(share));
+    let (ticks, digits) = ticks(legend);
+    for value in ticks {
+        let y = top + long * (1.0 - legend.place(value));
         // Adding 0 turns −0 into 0.
         let text = format!("{:.digits$}", value + 0.0);
         let x = left - 0.9 * pen.size - pen.width(&text);
@@ -136,6 +140,26 @@ fn tick_step(range: Real) -> (Real, usize) {
     (step, (-power).clamp(0, 9) as usize)
 }
 
+/// Values to be written beside a legend, and the decimals that they need: even steps, and where the scale spreads its
+/// lower end out, smaller round ones between the lowest two.
+fn ticks(legend: &Legend) -> (Vec<Real>, usize) {
+    let (step, mut digits) = tick_step(legend.high - legend.low);
+    let first = (legend.low / step - 1e-9).ceil();
+    let mut ticks: Vec<Real> = (0..12)
+        .map(|k| (first + Real::from(k)) * step)
+        .take_while(|value| *value <= legend.high + 1e-9 * step)
+        .collect();
+    while let Some(&[low, next]) = ticks.first_chunk()
+        && low == 0.0
+        && legend.place(next) - legend.place(low) > WIDEST_GAP
+    {
+        let (between, power) = round_below(0.7 * next);
+        ticks.insert(1, between);
+        digits = digits.max((-power).clamp(0, 9) as usize);
+    }
+    (ticks, digits)
+}
+
 /// A rounded length [m] not above `limit` [m], and how to write it.
 fn scale_length(limit: Real) -> (Real, String) {
     let (length, _) = round_below(limit);
@@ -166,5 +190,32 @@ mod tests {
         assert_eq!(tick_step(1.0), (0.2, 1));
         assert_eq!(tick_step(0.3), (0.1, 1));
         assert_eq!(tick_step(60.0), (20.0, 0));
+    }
+
+    #[test]
+    fn a_scale_of_roots_has_ticks_in_its_lower_half() {
+        let ticks = |high, position| {
+            ticks(&Legend {
+                title: String::new(),
+                low: 0.0,
+                high,
+                map: |_| Colour::zeros(),
+                position,
+            })
+        };
+        let even = |share: Real| share;
+        assert_eq!(ticks(60.0, even), (vec![0.0, 20.0, 40.0, 60.0], 0));
+        let (at, digits) = ticks(3.4, Real::sqrt);
+        assert_eq!((at, digits), (vec![0.0, 0.2, 0.5, 1.0, 2.0, 3.0], 1));
+        let (at, _) = ticks(70.0, Real::sqrt);
+        assert_eq!(at, [0.0, 5.0, 10.0, 20.0, 40.0, 60.0]);
+        for high in [1.0, 1.7, 2.9, 4.2, 5.5, 9.9] {
+            let (at, _) = ticks(high, Real::sqrt);
+            let places: Vec<Real> = at.iter().map(|v| (v / high).sqrt()).collect();
+            let apart = places.windows(2).map(|pair| pair[1] - pair[0]);
+            assert!(apart.clone().fold(0.0, Real::max) < 0.4, "{at:?}");
+            assert!(apart.fold(1.0, Real::min) > 0.06, "{at:?}");
+        }
+        assert_eq!(ticks(Real::NAN, even).0, Vec::<Real>::new());
     }
 }

@@ -26,6 +26,8 @@ pub struct Scene {
     pub particles: u64,
     /// Walls with a closed formula, cannulas among them.
     pub shapes: Vec<Shape>,
+    /// Cannulas as they are to look at: as thick as they are, where the walls that hold the cement may be thicker.
+    pub tubes: Vec<Shape>,
     /// Walls given as meshes.
     pub meshes: Vec<MeshFile>,
     /// Meshes that bodies of fluid fill, in the order of these bodies.

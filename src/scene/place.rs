@@ -194,7 +194,7 @@ pub struct InletRecipe {
 pub struct CannulaRecipe {
     /// Simulated length, back from the tip.
     pub length: Length,
-    /// Outer diameter; its wall is simulated and drawn at least two spacings thick, outwards, or it would leak.
+    /// Outer diameter; its wall is simulated at least two spacings thick, outwards, or it would leak.
     pub outer_diameter: Length,
     /// Bone is cleared this far before its tip.
     pub clearance: Length,

@@ -1,4 +1,8 @@
 //! The surface of the cement: a colour field around its particles, marching cubes through it, and smoothing.
+//!
+//! Against the exact body (`tests/surface_exact.rs`) the farthest point converges with order 1.4 to 1.9 in the spacing where
+//! particles lie in layers along the surface, as a flow leaves them. Of a body cut from a lattice it stays half a spacing away
+//! at every size: a flat face may lie anywhere between two layers, and the particles do not say where.
 
 mod attributes;
 mod cases;

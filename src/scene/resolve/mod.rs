@@ -78,6 +78,7 @@ pub(super) fn resolve(
         name: recipe.name.clone(),
         particles,
         shapes: walls.shapes,
+        tubes: walls.tubes,
         meshes: walls.meshes,
         fillings,
         movers: walls.movers,
@@ -313,13 +314,14 @@ name = "front"
     }
 
     #[test]
-    fn walls_of_cannulas_are_thick_enough_to_hold() {
+    fn walls_of_cannulas_are_thick_enough_to_hold_and_drawn_as_thick_as_they_are() {
         let scene = with(&["inlet[0].cannula.outer_diameter=2.5 mm"]).unwrap();
         let wall = |shape: &Shape| match shape {
             Shape::Tube { inner, outer, .. } => Some((*inner, *outer)),
             _ => None,
         };
         assert_eq!(scene.shapes.iter().find_map(wall), Some((1e-3, 2e-3)));
+        assert_eq!(scene.tubes.iter().find_map(wall), Some((1e-3, 1.25e-3)));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use std::path::Path;
 #[derive(Default)]
 pub(super) struct Walls {
     pub shapes: Vec<Shape>,
+    pub tubes: Vec<Shape>,
     pub meshes: Vec<MeshFile>,
     pub movers: Vec<MovingWall>,
 }
@@ -37,14 +38,17 @@ pub(super) fn walls(c: &mut Checker<'_>, recipe: &Recipe, folder: &Path) -> Wall
         if let Some(cannula) = &inlet.cannula {
             let (base, axis, length) = tube(recipe, inlet, cannula);
             let inner = 0.5 * inlet.diameter.si();
-            let least = inner + CANNULA_WALL * recipe.spacing.si();
-            walls.shapes.push(Shape::Tube {
+            let outer = 0.5 * cannula.outer_diameter.si();
+            let tight = inner + CANNULA_WALL * recipe.spacing.si();
+            let tube = |outer: Real| Shape::Tube {
                 base,
                 axis,
                 length,
                 inner,
-                outer: least.max(0.5 * cannula.outer_diameter.si()),
-            });
+                outer,
+            };
+            walls.shapes.push(tube(outer.max(tight)));
+            walls.tubes.push(tube(outer));
         }
     }
     walls
