@@ -42,12 +42,11 @@ const CORRECTION: Real = 0.8;
 /// as it flows.
 const PURSUIT: Real = 0.25;
 /// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure takes
-/// in a coupled step. With 0.2, 0.1, 0.05, 0.02, 0 Taylor-Green is 1.92, 1.46, 1.24, 1.13, 1.06 % off at 32 spacings (order
-/// 1.4 to 2.0), and the flow through an array of cylinders changes by 3.2, 2.4, 1.9, 1.6, 1.4 % over all steps. A little is
-/// left to it, so that nothing drifts for ever.
-const CLOSED_SHARE: Real = 0.02;
-/// The same where pressure is solved apart from viscosity: with 0.02 the profile of a slit is 3.3 % off.
-const CLOSED_SPLIT_SHARE: Real = 0.2;
+/// among walls, which it has to press particles into line with, and where there are none, over half the time. With 0.1, 0.05,
+/// 0.025, 0.01, 0 everywhere Taylor-Green is 1.92, 1.46, 1.24, 1.13, 1.06 % off at 32 spacings (order 1.4 to 2.0), and the
+/// profile in a slit of 16 spacings 2.1, 2.7, 3.0, 3.3, 3.4 %. A little is left to it, so that nothing drifts for ever.
+const CLOSED_SHARE: Real = 0.1;
+const UNWALLED_SHARE: Real = 0.01;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -142,20 +141,21 @@ impl Stepper<'_> {
     /// Rate at which pressure has to push volume away, so that compression is gone in `correction` [s], but not before
     /// the end of the step [m³/s]. So are gaps in fluid under pressure: closed at once, those that noise opens would
     /// suck in as much as an inlet gives. Other gaps may close by the end of the step. A closed body can only even out
-    /// what it has, and `closed_share` of that.
-    fn correction_rate(
-        &self,
-        operator: &PressureOperator,
-        correction: Real,
-        closed_share: Real,
-    ) -> Vec<Real> {
+    /// what it has, and does it slowly.
+    fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
         let mut excess = operator.excess_volume();
         let slow = self.dt.max(correction);
         if self.closed {
+            let share = if self.near.wall.entries() > 0 {
+                CLOSED_SHARE
+            } else {
+                UNWALLED_SHARE
+            };
+            let rate = share / self.dt.max(0.5 * correction);
             let n = excess.len();
             let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
             for e in &mut excess {
-                *e = closed_share * (*e - mean) / slow;
+                *e = rate * (*e - mean);
             }
         } else {
             for (e, pressure) in excess.iter_mut().zip(&self.fluid.pressure) {
@@ -202,7 +202,7 @@ impl Stepper<'_> {
                 } else {
                     0.0
                 };
-                let excess = self.correction_rate(&operator, correction, CLOSED_SPLIT_SHARE);
+                let excess = self.correction_rate(&operator, correction);
                 (
                     0,
                     (0..n).map(|i| excess[i] + rate[i]).collect::<Vec<_>>(),
@@ -262,7 +262,7 @@ impl Stepper<'_> {
         let dt = self.settings.theta * self.dt;
         let operator = PressureOperator { near: self.near };
         let closed = self.closed;
-        let excess = self.correction_rate(&operator, self.correction_time(), CLOSED_SHARE);
+        let excess = self.correction_rate(&operator, self.correction_time());
         let start: Vec<Vec3> = self
             .mix
             .velocity
