@@ -4,33 +4,28 @@
 //! vertices lie in walls at most, and for particles that touch one how far the wall beside them is from the surface.
 //! `OSTEOFLOW_STEP=8` takes every eighth frame.
 
-use osteoflow::cache::{read_frame, read_solid};
+#[path = "shared/run.rs"]
+mod run;
+
 use osteoflow::math::Vec3;
 use osteoflow::mesh::MeshDistance;
 use osteoflow::surface::{SurfaceSettings, reconstruct};
 use rayon::prelude::*;
-use std::path::Path;
+use run::Run;
 
 /// Particles touch a wall that is nearer [spacings]: at rest beside one they lie half a spacing from it.
 const TOUCHING: f64 = 0.75;
 
 #[test]
 fn surfaces_leave_no_gap_at_walls() {
-    let Ok(run) = std::env::var("OSTEOFLOW_RUN") else {
+    let Some(run) = Run::named() else {
         return;
     };
-    let step: usize = std::env::var("OSTEOFLOW_STEP").map_or(1, |s| s.parse().expect("a number"));
-    let run = Path::new(&run);
-    let solid = read_solid(&run.join("boundary/solid.osf")).expect("walls");
-    let mut paths: Vec<_> = (std::fs::read_dir(run.join("frames")).expect("frames"))
-        .map(|entry| entry.expect("a file").path())
-        .collect();
-    paths.sort();
+    let solid = &run.solid;
     let (mut deepest, mut vertices, mut gaps) = (0.0_f64, 0, Vec::new());
-    for path in paths.iter().step_by(step) {
-        let frame = read_frame(path).expect("a frame");
+    for frame in run.frames() {
         let (mesh, spacing) = (
-            reconstruct(&frame, Some(&solid), &SurfaceSettings::default()).mesh,
+            reconstruct(&frame, Some(solid), &SurfaceSettings::default()).mesh,
             frame.spacing,
         );
         if mesh.positions.is_empty() {

@@ -4,28 +4,23 @@
 //! which share of the vertices, advected by velocity times the time of a frame, lies within a quarter of the support radius
 //! of the next surface, and which share of the others lies inside it. `OSTEOFLOW_STEP=2` takes every other frame.
 
-use osteoflow::cache::{Frame, read_frame, read_solid};
+#[path = "shared/run.rs"]
+mod run;
+
+use osteoflow::cache::Frame;
 use osteoflow::export::mean_velocity;
 use osteoflow::math::Vec3;
 use osteoflow::mesh::MeshDistance;
 use osteoflow::surface::{SurfaceSettings, reconstruct, reconstruct_moving};
-use std::path::Path;
+use run::Run;
 
 #[test]
 fn vertices_arrive_at_the_next_surface() {
-    let Ok(run) = std::env::var("OSTEOFLOW_RUN") else {
+    let Some(run) = Run::named() else {
         return;
     };
-    let step: usize = std::env::var("OSTEOFLOW_STEP").map_or(1, |s| s.parse().expect("a number"));
-    let run = Path::new(&run);
-    let solid = read_solid(&run.join("boundary/solid.osf")).expect("walls");
-    let mut paths: Vec<_> = (std::fs::read_dir(run.join("frames")).expect("frames"))
-        .map(|entry| entry.expect("a file").path())
-        .collect();
-    paths.sort();
-    let frames: Vec<Frame> = (paths.iter().step_by(step))
-        .map(|path| read_frame(path).expect("a frame"))
-        .collect();
+    let solid = &run.solid;
+    let frames: Vec<Frame> = run.frames().collect();
     let settings = SurfaceSettings::default();
     for (name, mean) in [
         ("at the moment", false),
@@ -35,8 +30,8 @@ fn vertices_arrive_at_the_next_surface() {
         for pair in frames.windows(2) {
             let (frame, next) = (&pair[0], &pair[1]);
             let velocity = mean_velocity(frame, mean.then_some(next), [None; 3]);
-            let surface = reconstruct_moving(frame, &velocity, Some(&solid), &settings);
-            let next_surface = reconstruct(next, Some(&solid), &settings);
+            let surface = reconstruct_moving(frame, &velocity, Some(solid), &settings);
+            let next_surface = reconstruct(next, Some(solid), &settings);
             let distance = MeshDistance::new(&next_surface.mesh);
             let dt = next.time - frame.time;
             for (x, v) in surface.mesh.positions.iter().zip(&surface.velocity) {

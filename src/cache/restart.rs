@@ -159,7 +159,7 @@ mod tests {
             steps: 12,
             carved: 3,
             caution: Some(1.0 / 7.0),
-            pace: random.unit(),
+            pace: Some(random.unit()),
             inlets: vec![InletProgress {
                 travelled: random.unit(),
                 pushed: random.unit(),

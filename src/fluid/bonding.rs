@@ -9,27 +9,34 @@
 
 use super::{Cement, FluidParticles};
 use crate::math::Real;
-use crate::sph::Neighbourhood;
+use crate::sph::{Domain, Kernel, Neighbourhood};
 use rayon::prelude::*;
 
-/// C_d of every particle [1], in [0, 1].
+/// C_d of every particle [1], in [0, 1]; `near` is of where the particles are now.
 pub fn drag(
     cement: &Cement,
     fluid: &FluidParticles,
     near: &Neighbourhood,
-    own_weight: Real,
+    kernel: &Kernel,
+    domain: &Domain,
 ) -> Vec<Real> {
+    let weight = |r: Real| near.rest_volume * kernel.w(r);
+    let own = weight(0.0);
     (0..fluid.len())
         .into_par_iter()
         .with_min_len(256)
         .map(|i| {
             let (mut bonded, mut all) = (0.0, 0.0);
-            for pair in near.pairs(i) {
-                bonded += Real::from(pair.weight) * fluid.polymer_fraction[pair.j as usize];
-                all += Real::from(pair.weight);
+            for link in near.fluid.row(i) {
+                let j = link.j as usize;
+                // The pairs know W too, but in single precision.
+                let x_ij = domain.shortest(fluid.position[i] - fluid.position[j]);
+                let w = weight(x_ij.norm());
+                bonded += w * fluid.polymer_fraction[j];
+                all += w;
             }
             if cement.normalised_bonding {
-                bonded = (bonded + own_weight * fluid.polymer_fraction[i]) / (all + own_weight);
+                bonded = (bonded + own * fluid.polymer_fraction[i]) / (all + own);
             }
             (cement.rest_drag + (1.0 - cement.rest_drag) * bonded).clamp(0.0, 1.0)
         })

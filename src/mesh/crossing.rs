@@ -6,7 +6,7 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use rayon::prelude::*;
 
 /// For each triangle, whether an edge of it or of another passes through the inside of the other. Triangles that
-/// share a vertex, or lie in one plane, are not compared.
+/// share two vertices, or lie in one plane, are not compared.
 pub(super) fn crossing(mesh: &TriMesh) -> Vec<bool> {
     let tree = tree_of(mesh);
     (0..mesh.triangles.len())
@@ -27,8 +27,23 @@ pub(super) fn crossing(mesh: &TriMesh) -> Vec<bool> {
             };
             tree.leaves(near).any(|other| {
                 let theirs = mesh.triangles[other as usize];
-                !theirs.iter().any(|v| mine.contains(v))
-                    && pass_through(&corners, &mesh.corners(other as usize))
+                let shared = theirs.iter().filter(|v| mine.contains(v)).count();
+                let others = mesh.corners(other as usize);
+                match shared {
+                    0 => pass_through(&corners, &others),
+                    // Edges at the vertex meet the other triangle there, and nowhere else.
+                    1 => {
+                        let across =
+                            |of: [u32; 3], corners: [Vec3; 3], with: [u32; 3], triangle| {
+                                let apart = of.iter().position(|v| with.contains(v)).unwrap_or(0);
+                                let edge = [1, 2].map(|k| corners[(apart + k) % 3]);
+                                pierces(&edge[0], &edge[1], triangle)
+                            };
+                        across(mine, corners, theirs, &others)
+                            || across(theirs, others, mine, &corners)
+                    }
+                    _ => false,
+                }
             })
         })
         .collect()

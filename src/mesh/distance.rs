@@ -369,4 +369,23 @@ mod tests {
             assert!((distance.signed(&x) - exact).abs() < 1.5e-3);
         }
     }
+    /// Vertices moved by up to one and a half edges, as smoothing of a fluid's surface may: triangles fold over each other
+    /// here and there, also those that share a vertex.
+    #[test]
+    fn folds_here_and_there_take_nothing_away_from_the_rest() {
+        for seed in 0..20 {
+            let mut mesh = torus(1.0, 0.4, 60, 30);
+            let mut random = crate::math::Stream::new(seed, "folds");
+            for x in mesh.positions.iter_mut().step_by(7) {
+                *x += random.cube() * 0.15;
+            }
+            let distance = MeshDistance::new(&mesh);
+            for _ in 0..200 {
+                let x = random.cube().component_mul(&Vec3::new(1.6, 1.6, 0.6));
+                let exact = (x.xy().norm() - 1.0).hypot(x.z) - 0.4;
+                let found = distance.signed(&x);
+                assert!((found - exact).abs() < 0.27, "{seed}: {found} {exact}");
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Which triangles are surface: inside on one side, outside on the other.
 //!
 //! Where nothing crosses and every edge is passed as often one way as the other, the winding number is the same all
-//! along a patch of neighbours: one triangle answers for it. Elsewhere each triangle is asked.
+//! along a patch of neighbours: a few triangles answer for it. Elsewhere each triangle is asked.
 
 use super::edges::{Edges, Side};
 use super::pieces::Pieces;
@@ -40,22 +40,33 @@ pub(super) fn shown(
             patches.join(a, b);
         }
     }
-    let patch: Vec<u32> = (0..count).map(|t| patches.root(t)).collect();
-    let mut answering: Vec<u32> = vec![u32::MAX; count as usize];
-    let area = |t: u32| mesh.area_normal(t as usize).norm();
-    for t in 0..count {
-        let best = &mut answering[patch[t as usize] as usize];
-        if *best == u32::MAX || area(t) > area(*best) {
-            *best = t;
-        }
-    }
-    let answer: Vec<bool> = answering
+    let mut by_patch: Vec<(u32, u32)> = (0..count).map(|t| (patches.root(t), t)).collect();
+    by_patch.sort_unstable();
+    let patches: Vec<&[(u32, u32)]> = by_patch.chunk_by(|a, b| a.0 == b.0).collect();
+    let mut kept: Vec<u32> = patches
         .into_par_iter()
-        .map(|t| t != u32::MAX && asked(t, &winding))
+        .flat_map_iter(|patch| {
+            let asked = |t: &u32| asked(*t, &winding);
+            let every = patch.iter().map(|(_, t)| *t);
+            let few = every.clone().step_by(patch.len().div_ceil(PROBES));
+            let mut answers = few.map(|t| asked(&t));
+            let first = answers.next().unwrap_or(false);
+            let alike = answers.all(|answer| answer == first);
+            let kept: Vec<u32> = if alike {
+                every.filter(|_| first).collect()
+            } else {
+                every.filter(asked).collect()
+            };
+            kept
+        })
         .collect();
-    let kept = (0..count).filter(|t| answer[patch[*t as usize] as usize]);
-    Some((winding, kept.collect()))
+    kept.sort_unstable();
+    Some((winding, kept))
 }
+
+/// Triangles of a patch that answer for it if they agree. They do not where triangles that share a vertex pass through each
+/// other, which `crossing` does not see: then each is asked.
+const PROBES: usize = 8;
 
 fn paired(around: &[Side]) -> bool {
     matches!(around, [a, b] if a.forward != b.forward)

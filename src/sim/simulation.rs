@@ -42,8 +42,8 @@ pub struct Simulation {
     pub rest_volume: Real,
     /// Largest step after one that failed [s], if one did lately.
     pub caution: Option<Real>,
-    /// Speed at which compression is undone [m/s]; 0 before the first step.
-    pub pace: Real,
+    /// Speed at which compression is undone [m/s]; none before the first step.
+    pub pace: Option<Real>,
     kernel: Kernel,
     domain: Domain,
     solid: Solid,
@@ -107,7 +107,7 @@ impl Simulation {
             carved,
             rest_volume,
             caution: None,
-            pace: 0.0,
+            pace: None,
             kernel,
             domain,
             solid,
@@ -238,9 +238,7 @@ impl Simulation {
     fn attempt(&mut self, left: Real, retries: u32) -> (StepReport, Result<(), SimError>) {
         let mut stepper = self.stepper(retries);
         let ended = schemes::step(&mut stepper, left);
-        let (report, pace) = (stepper.report, stepper.pace);
-        self.pace = pace;
-        (report, ended)
+        (stepper.report, ended)
     }
 
     fn stepper(&mut self, retries: u32) -> Stepper<'_> {
@@ -263,7 +261,7 @@ impl Simulation {
             closed: false,
             stress: self.settings.stress,
             caution: self.caution,
-            pace: self.pace,
+            pace: &mut self.pace,
             dt: 0.0,
             time: self.time,
             step: self.steps,

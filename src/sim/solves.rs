@@ -42,11 +42,13 @@ const CORRECTION: Real = 0.8;
 /// as it flows.
 const PURSUIT: Real = 0.25;
 /// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure takes
-/// among walls, which it has to press particles into line with, and where there are none, over half the time. With 0.1, 0.05,
+/// among walls, which it has to press particles into line with, and where there are none, in [`CLOSED_TIME`]. With 0.1, 0.05,
 /// 0.025, 0.01, 0 everywhere Taylor-Green is 1.92, 1.46, 1.24, 1.13, 1.06 % off at 32 spacings (order 1.4 to 2.0), and the
 /// profile in a slit of 16 spacings 2.1, 2.7, 3.0, 3.3, 3.4 %. A little is left to it, so that nothing drifts for ever.
 const CLOSED_SHARE: Real = 0.1;
 const UNWALLED_SHARE: Real = 0.01;
+/// Of the time over which compression is undone elsewhere: that in which a closed body evens out this share.
+const CLOSED_TIME: Real = 0.5;
 
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -64,7 +66,8 @@ impl Stepper<'_> {
     /// spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp that of the flow.
     /// (Gaps in fluid without pressure may close as fast as they like.)
     fn correction_time(&self) -> Real {
-        CORRECTION * self.settings.spacing / self.pace.max(Real::MIN_POSITIVE)
+        let pace = self.pace.unwrap_or_default();
+        CORRECTION * self.settings.spacing / pace.max(Real::MIN_POSITIVE)
     }
 
     /// Brings the pace up to date, once dt is known.
@@ -76,13 +79,16 @@ impl Stepper<'_> {
         let dx = self.settings.spacing;
         let fall = (self.settings.gravity.norm() * dx).sqrt();
         let fastest = self.fastest().max(fall);
-        if self.pace > 0.0 {
-            let covered = self.pace * self.dt / (CORRECTION * dx);
-            self.pace += (fastest - self.pace) * (PURSUIT * covered).min(1.0);
-            self.pace = self.pace.max(fall).max(self.driven_speed());
-        } else {
-            self.pace = fastest;
-        }
+        let driven = self.driven_speed();
+        let next = match *self.pace {
+            Some(pace) => {
+                let covered = pace * self.dt / (CORRECTION * dx);
+                let next = pace + (fastest - pace) * (PURSUIT * covered).min(1.0);
+                next.max(fall).max(driven)
+            }
+            None => fastest,
+        };
+        *self.pace = Some(next);
     }
 
     /// What the pistons push in [m³/s].
@@ -144,20 +150,20 @@ impl Stepper<'_> {
     /// what it has, and does it slowly.
     fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
         let mut excess = operator.excess_volume();
-        let slow = self.dt.max(correction);
         if self.closed {
             let share = if self.near.wall.entries() > 0 {
                 CLOSED_SHARE
             } else {
                 UNWALLED_SHARE
             };
-            let rate = share / self.dt.max(0.5 * correction);
+            let rate = share / self.dt.max(CLOSED_TIME * correction);
             let n = excess.len();
             let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
             for e in &mut excess {
                 *e = rate * (*e - mean);
             }
         } else {
+            let slow = self.dt.max(correction);
             for (e, pressure) in excess.iter_mut().zip(&self.fluid.pressure) {
                 let slowly = *e > 0.0 || pressure[0] > 0.0;
                 *e /= if slowly { slow } else { self.dt };

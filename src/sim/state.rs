@@ -32,7 +32,7 @@ pub struct Progress {
     pub caution: Option<Real>,
     /// Speed at which compression is undone [m/s].
     #[serde(default)]
-    pub pace: Real,
+    pub pace: Option<Real>,
     /// Of each inlet.
     pub inlets: Vec<InletProgress>,
     /// What adds up for the tables.

@@ -67,8 +67,8 @@ pub struct Stepper<'a> {
     pub stress: StressStep,
     /// Largest step after one that failed [s], if one did lately.
     pub caution: Option<Real>,
-    /// Speed at which compression is undone [m/s]; 0 before the first step.
-    pub pace: Real,
+    /// Speed at which compression is undone [m/s]; none before the first step.
+    pub pace: &'a mut Option<Real>,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -146,8 +146,7 @@ impl Stepper<'_> {
     pub fn refresh_mixture(&mut self, bonds: bool) {
         let cement = &self.settings.cement;
         let drag = if bonds && self.mixes() {
-            let own = self.near.rest_volume * self.kernel.w(0.0);
-            bonding::drag(cement, self.fluid, self.near, own)
+            bonding::drag(cement, self.fluid, self.near, self.kernel, self.domain)
         } else if self.settings.scheme == Scheme::Dfsph {
             vec![1.0; self.fluid.len()]
         } else {

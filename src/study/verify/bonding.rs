@@ -89,7 +89,6 @@ fn lattices() -> Vec<Row> {
                 }
             }
         }
-        let own = volume * kernel.w(0.0);
         for fraction in FRACTIONS {
             fluid.polymer_fraction.fill(fraction);
             let mut cement = newtonian(1000.0, 1.0);
@@ -97,7 +96,7 @@ fn lattices() -> Vec<Row> {
             let drag = |normalised: bool| {
                 let mut cement = cement;
                 cement.normalised_bonding = normalised;
-                bonding::drag(&cement, &fluid, &near, own)[0]
+                bonding::drag(&cement, &fluid, &near, &kernel, &domain)[0]
             };
             let exact = |share: Real| REST_DRAG + (1.0 - REST_DRAG) * fraction * share;
             let entries = [drag(false), exact(others), drag(true), exact(1.0)];
