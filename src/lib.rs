@@ -92,6 +92,7 @@
 //! | [Bonet99] | J. Bonet, T.-S. Lok, "Variational and momentum preservation aspects of smooth particle hydrodynamic formulations", Comput. Methods Appl. Mech. Eng. 180 (1999) |
 //! | [Fatehi11] | R. Fatehi, M. Manzari, "Error estimation in smoothed particle hydrodynamics and a new scheme for second derivatives", Comput. Math. Appl. 61 (2011) |
 //! | [Irving50] | J. Irving, J. Kirkwood, "The statistical mechanical theory of transport processes IV", J. Chem. Phys. 18 (1950) |
+//! | [Barth89] | T. Barth, D. Jespersen, "The design and application of upwind schemes on unstructured meshes", AIAA Paper 89-0366 (1989) |
 //! | [Lind12] | S. Lind, R. Xu, P. Stansby, B. Rogers, "Incompressible smoothed particle hydrodynamics for free-surface flows", J. Comput. Phys. 231 (2012) |
 //! | [Paige75] | C. Paige, M. Saunders, "Solution of sparse indefinite systems of linear equations", SIAM J. Numer. Anal. 12 (1975) |
 //! | [Lorensen87] | W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987 |
