@@ -31,16 +31,9 @@ pub(super) fn crossing(mesh: &TriMesh) -> Vec<bool> {
                 let others = mesh.corners(other as usize);
                 match shared {
                     0 => pass_through(&corners, &others),
-                    // Edges at the vertex meet the other triangle there, and nowhere else.
                     1 => {
-                        let across =
-                            |of: [u32; 3], corners: [Vec3; 3], with: [u32; 3], triangle| {
-                                let apart = of.iter().position(|v| with.contains(v)).unwrap_or(0);
-                                let edge = [1, 2].map(|k| corners[(apart + k) % 3]);
-                                pierces(&edge[0], &edge[1], triangle)
-                            };
-                        across(mine, corners, theirs, &others)
-                            || across(theirs, others, mine, &corners)
+                        pierces(&opposite(mine, &corners, theirs), &others)
+                            || pierces(&opposite(theirs, &others, mine), &corners)
                     }
                     _ => false,
                 }
@@ -61,12 +54,19 @@ pub(super) fn tree_of(mesh: &TriMesh) -> Bvh {
 }
 
 fn pass_through(p: &[Vec3; 3], q: &[Vec3; 3]) -> bool {
-    let edges = |t: &[Vec3; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
-    edges(p).iter().any(|(a, b)| pierces(a, b, q)) || edges(q).iter().any(|(a, b)| pierces(a, b, p))
+    let edges = |t: &[Vec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    edges(p).iter().any(|edge| pierces(edge, q)) || edges(q).iter().any(|edge| pierces(edge, p))
 }
 
-/// Whether the segment from `a` to `b` passes through the inside of a triangle.
-fn pierces(a: &Vec3, b: &Vec3, [p, q, r]: &[Vec3; 3]) -> bool {
+/// The edge of a triangle opposite to the vertex that it shares with another: the two edges at it meet the other one there,
+/// and nowhere else.
+fn opposite(triangle: [u32; 3], corners: &[Vec3; 3], other: [u32; 3]) -> [Vec3; 2] {
+    let shared = triangle.iter().position(|v| other.contains(v)).unwrap_or(0);
+    [1, 2].map(|k| corners[(shared + k) % 3])
+}
+
+/// Whether a segment passes through the inside of a triangle.
+fn pierces([a, b]: &[Vec3; 2], [p, q, r]: &[Vec3; 3]) -> bool {
     let volume = |u: &Vec3, v: &Vec3, w: &Vec3, x: &Vec3| (v - u).cross(&(w - u)).dot(&(x - u));
     if volume(p, q, r, a) * volume(p, q, r, b) >= 0.0 {
         return false;

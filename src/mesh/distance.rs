@@ -369,6 +369,7 @@ mod tests {
             assert!((distance.signed(&x) - exact).abs() < 1.5e-3);
         }
     }
+
     /// Vertices moved by up to one and a half edges, as smoothing of a fluid's surface may: triangles fold over each other
     /// here and there, also those that share a vertex.
     #[test]

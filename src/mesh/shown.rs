@@ -64,8 +64,8 @@ pub(super) fn shown(
     Some((winding, kept))
 }
 
-/// Triangles of a patch that answer for it if they agree. They do not where triangles that share a vertex pass through each
-/// other, which `crossing` does not see: then each is asked.
+/// Triangles of a patch that answer for it if they agree. They do not where triangles lie over each other in one plane,
+/// which `crossing` leaves out: then each is asked.
 const PROBES: usize = 8;
 
 fn paired(around: &[Side]) -> bool {

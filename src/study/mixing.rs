@@ -1,7 +1,7 @@
 //! Fig. 7 and 8 of [IMM-CT]: three schemes mix liquid and polymer at three viscosity ratios, all with the CFL step.
 //!
 //! Reached with `--level quick` (2 mm, 2 s): dfsph and imm fall over at 1 : 1000 and leave a quarter of the segregation at
-//! 1 : 10 and 1 : 100; imm_ct is stable at all three and leaves 0.20, 0.06 and 0.18: thin liquids part again in the whirl,
+//! 1 : 10 and 1 : 100; imm_ct is stable at all three and leaves 0.18, 0.05 and 0.18: thin liquids part again in the whirl,
 //! as the polymer is a quarter heavier.
 
 use super::scenes::SUPPORT;
