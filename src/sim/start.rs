@@ -20,7 +20,16 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
             continue;
         }
         // Half a spacing in from each face.
-        let count = cells(&bounds.extent(), settings.spacing);
+        let mut count = cells(&bounds.extent(), settings.spacing);
+        if body.saturated {
+            let free = |x: &Vec3| {
+                holds(&body.shape, x)
+                    && !earlier.iter().any(|other| holds(&other.shape, x))
+                    && around.distance(x).0 >= 0.0
+            };
+            let mut random = Stream::new(settings.seed, "room");
+            fit(&mut count, &bounds, settings.spacing, free, &mut random);
+        }
         let step = bounds.extent().component_div(&count);
         for x in 0..count.x as usize {
             for y in 0..count.y as usize {
@@ -69,6 +78,42 @@ fn cells(extent: &Vec3, spacing: Real) -> Vec3 {
     count
 }
 
+/// Random points in each cell by which the room in a body is measured.
+const PROBES: usize = 4;
+
+/// Changes the layers across the longest side to as many as there is room for where `free`. A lattice that is cut at walls
+/// has on average as many points as there is room for, but in a narrow pipe along it, cut alike in every layer, some per cent
+/// more or fewer, and if it is deep many layers too many.
+fn fit(
+    count: &mut Vec3,
+    bounds: &Aabb,
+    spacing: Real,
+    free: impl Fn(&Vec3) -> bool,
+    random: &mut Stream,
+) {
+    let step = bounds.extent().component_div(count);
+    let (mut held, mut room) = (0.0, 0.0);
+    for x in 0..count.x as usize {
+        for y in 0..count.y as usize {
+            for z in 0..count.z as usize {
+                let corner = Vec3::new(x as Real, y as Real, z as Real);
+                let place = |within: Vec3| bounds.min + (corner + within).component_mul(&step);
+                held += Real::from(u8::from(free(&place(Vec3::repeat(0.5)))));
+                for _ in 0..PROBES {
+                    let within = random.cube().add_scalar(1.0) * 0.5;
+                    room += Real::from(u8::from(free(&place(within)))) / PROBES as Real;
+                }
+            }
+        }
+    }
+    if held > 0.0 {
+        let longest = bounds.extent().imax();
+        let share = step.product() / spacing.powi(3);
+        let layers = count[longest] * share * room / held;
+        count[longest] = layers.round().max(1.0);
+    }
+}
+
 fn bounds(shape: &BodyShape) -> Aabb {
     match shape {
         BodyShape::Box(bounds) => *bounds,
@@ -115,6 +160,22 @@ fn holds(shape: &BodyShape, x: &Vec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A lattice has 52 points across a pipe of radius 4, which has room for 50.3; 16 across one of 2.5, with room for 19.6.
+    #[test]
+    fn what_saturates_a_narrow_pipe_is_as_much_as_it_has_room_for() {
+        for (radius, across, deep) in [(4.0, 52.0, 100.0), (2.5, 16.0, 300.0)] {
+            let bounds = Aabb {
+                min: Vec3::new(-8.0, -8.0, 0.0),
+                max: Vec3::new(8.0, 8.0, deep),
+            };
+            let free = |x: &Vec3| x.xy().norm() < radius;
+            let mut count = cells(&bounds.extent(), 1.0);
+            fit(&mut count, &bounds, 1.0, free, &mut Stream::new(3, "room"));
+            let room = std::f64::consts::PI * radius * radius * deep;
+            assert!((across * count.z / room - 1.0).abs() < 0.007, "{count}");
+        }
+    }
 
     #[test]
     fn a_box_of_any_size_holds_as_many_cells_as_particles_have_room_in_it() {
