@@ -2,7 +2,7 @@
 
 use super::stepper::Stepper;
 use crate::fluid::mixture;
-use crate::math::{Real, Vec3, ordered_max, ordered_sum};
+use crate::math::{Real, Vec3, ordered_max, ordered_sum, ordered_sums};
 use crate::sph::operators::Mean;
 use crate::sph::{
     ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
@@ -24,6 +24,8 @@ const COUPLED_TOLERANCE: Real = 1e-3;
 const REDUCTION: Real = 0.01;
 /// Share of the inflow that a solve may leave unbalanced.
 const BALANCE: Real = 0.01;
+/// The same, summed over the cells of the solver's coarse level, each by itself.
+const SPREAD: Real = 0.1;
 /// Viscosity per p dt that a pressed packing needs: pressure pushes particles apart that lie closer than others, and where
 /// nothing but viscosity resists they overshoot once p dt/η is beyond about 4, and the flow rings from step to step (in an
 /// 11G cannula by a third of its pressure).
@@ -31,6 +33,10 @@ const PACKING: Real = 0.5;
 /// Most of it, per viscosity of the fluid. With 1 the pressure of a viscoelastic needle is 2 % high at the CFL limit, with
 /// 0.5 it keeps to within 1 % over a factor 4 in the step, with 0 it is 1 % low and rings.
 const MOST_LAG: Real = 0.5;
+/// What may be missing of it even so, per viscosity of the slow flow. A pipe 320 deep needs 32 times its viscosity, and with
+/// half of it each step orders the packing by what is pushed in and disorders it again: nothing comes out. That stops where 4
+/// are missing or more; with 1 or 2 as much comes out as goes in, in half as many iterations.
+const BEARABLE: Real = 2.0;
 const MOST_SWEEPS: usize = 600;
 /// Share of a spacing that the flow covers while compression is undone: about two steps at the CFL limit. In a needle into
 /// closed pores 0.4 changes the pressure by 2.9 % between the CFL step and a thirtieth of it, 0.8 by 0.9 % over a factor 10,
@@ -41,6 +47,10 @@ const CORRECTION: Real = 0.8;
 /// that is over-full by ten times what its flow undoes would still be flung apart, with 0.25 it swells a few times as fast
 /// as it flows.
 const PURSUIT: Real = 0.25;
+/// Most that a vessel into which something is pushed gives back of what it is over-full by as a whole, of what is pushed in:
+/// its flow stays that of what drives it, however deep it is. What disorder adds to the volume of a lattice that starts to
+/// flow is 2 %: six spacings of a pipe 320 deep. Given back while the flow covers a spacing, it was flung apart.
+const SWELLING: Real = 1.0;
 /// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure takes
 /// among walls, which it has to press particles into line with, and where there are none, in [`CLOSED_TIME`]. With 0.1, 0.05,
 /// 0.025, 0.01, 0 everywhere Taylor-Green is 1.92, 1.46, 1.24, 1.13, 1.06 % off at 32 spacings (order 1.4 to 2.0), and the
@@ -108,6 +118,17 @@ impl Stepper<'_> {
         }
     }
 
+    /// The same for the coarse cells by themselves [m³/s]: a vessel 320 spacings deep could swallow all that is pushed in
+    /// within the tolerated strain, below, and give it back above.
+    fn spread_goal(&self) -> Real {
+        let inflow = self.inflow();
+        if inflow > 0.0 {
+            SPREAD * inflow
+        } else {
+            Real::INFINITY
+        }
+    }
+
     pub(super) fn note(
         &mut self,
         iterations: usize,
@@ -164,9 +185,28 @@ impl Stepper<'_> {
             }
         } else {
             let slow = self.dt.max(correction);
-            for (e, pressure) in excess.iter_mut().zip(&self.fluid.pressure) {
-                let slowly = *e > 0.0 || pressure[0] > 0.0;
-                *e /= if slowly { slow } else { self.dt };
+            let pressed: Vec<bool> = (excess.iter().zip(&self.fluid.pressure))
+                .map(|(e, pressure)| *e > 0.0 || pressure[0] > 0.0)
+                .collect();
+            let [surplus, count] = ordered_sums(excess.len(), |i| {
+                if pressed[i] {
+                    [excess[i], 1.0]
+                } else {
+                    [0.0; 2]
+                }
+            });
+            let inflow = self.inflow();
+            let (mean, swelling) = if surplus > 0.0 && inflow > 0.0 {
+                (surplus / count, slow.max(surplus / (SWELLING * inflow)))
+            } else {
+                (0.0, slow)
+            };
+            for (e, pressed) in excess.iter_mut().zip(pressed) {
+                *e = if pressed {
+                    (*e - mean) / slow + mean / swelling
+                } else {
+                    *e / self.dt
+                };
             }
         }
         excess
@@ -174,10 +214,13 @@ impl Stepper<'_> {
 
     /// Raises the lag to what keeps pressed fluid from ringing ([`PACKING`]).
     fn steady(&self, viscosity: &[Real], lag: &mut [Real]) {
+        let cement = &self.settings.cement;
         for (i, lag) in lag.iter_mut().enumerate() {
             let needed = PACKING * self.fluid.pressure[i][0].max(0.0) * self.dt;
             let most = MOST_LAG * viscosity[i];
-            *lag = lag.max((needed - viscosity[i]).min(most));
+            let slow = cement.mixture_viscosity(self.fluid.polymer_fraction[i]);
+            let least = needed - BEARABLE * slow;
+            *lag = lag.max((needed - viscosity[i]).min(most)).max(least);
         }
     }
 
@@ -284,6 +327,7 @@ impl Stepper<'_> {
         let goal = CoupledGoal {
             strain_rate,
             balance: self.balance_goal(strain_rate),
+            spread: self.spread_goal(),
             velocity: tolerance * self.fastest().max(self.settings.gravity.norm() * dt),
             reduction: REDUCTION * self.settings.tolerance,
         };

@@ -133,6 +133,15 @@ impl Coarse {
         x
     }
 
+    /// Σ |Σ r| over the cells: what flows too much or too little from one to the next, where a sum over all would let one
+    /// make up for another.
+    pub fn sums(&self, residual: impl Fn(usize) -> Real + Sync) -> Real {
+        let sums: Vec<Real> = (self.members.par_iter())
+            .map(|m| m.iter().map(|&i| residual(i as usize)).sum::<Real>().abs())
+            .collect();
+        sums.iter().sum()
+    }
+
     fn without_level(&self, x: &mut [Real]) {
         if self.closed {
             let mean = x.iter().sum::<Real>() / x.len() as Real;

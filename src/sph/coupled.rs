@@ -77,6 +77,8 @@ pub struct CoupledGoal {
     pub strain_rate: Real,
     /// |Σ s| over the particles under pressure [m³/s].
     pub balance: Real,
+    /// Σ |Σ s| over the coarse level's cells [m³/s]: what a long vessel may swallow in one place and give back in another.
+    pub spread: Real,
     /// Root mean square velocity residual r_v/H_ii [m/s].
     pub velocity: Real,
     /// Share of the velocity residual of the guess that may be left where the step's change is smaller than that [1].
@@ -289,20 +291,20 @@ impl<'a> CoupledSolver<'a> {
                     balance.abs(),
                 ]
             };
+            let spread = |r: &[Packed<f32>]| self.coarse.sums(|i| Real::from(r[i][3]));
             let finest = [goal.strain_rate, velocity_goal, goal.balance];
             let reduction = if settled { 0.0 } else { LOOSE };
             let mut target = None;
             let residual = residual.iter().map(|r| r.map(|r| r as f32)).collect();
             let (correction, iterations) = minres::solve(&*self, residual, MOST_INNER, |r| {
                 let left = norms(r);
-                let target = *target.get_or_insert_with(|| {
-                    std::array::from_fn::<Real, 3, _>(|k| {
-                        (reduction * left[k]).max(0.7 * finest[k])
-                    })
+                let goal_of = |left: Real, finest: Real| (reduction * left).max(0.7 * finest);
+                let (target, of_spread) = *target.get_or_insert_with(|| {
+                    let target = std::array::from_fn(|k| goal_of(left[k], finest[k]));
+                    (target, goal_of(spread(r), goal.spread))
                 });
-                left.iter()
-                    .zip(target)
-                    .all(|(left, target)| *left <= target)
+                let met = left.iter().zip::<[Real; 3]>(target).all(|(l, t)| *l <= t);
+                met && spread(r) <= of_spread
             });
             outcome.iterations += iterations;
             outcome.outers += 1;
@@ -340,6 +342,7 @@ impl<'a> CoupledSolver<'a> {
             outcome.converged = !changed
                 && outcome.strain_rate <= goal.strain_rate
                 && outcome.balance <= goal.balance
+                && self.coarse.sums(left) <= goal.spread
                 && outcome.velocity <= velocity_goal;
             if outcome.converged || outcome.outers >= MOST_OUTERS {
                 break;
