@@ -47,10 +47,11 @@ impl Pressed {
         let mut simulation = self.place().start(name)?;
         let end = self.duration();
         let from = (1.0 - WINDOW) * end;
-        let above = |simulation: &crate::sim::Simulation| {
+        let above = |simulation: &mut crate::sim::Simulation| {
+            let escaped = simulation.ledger().escaped;
             let level = self.level();
             let high = simulation.fluid.position.iter().filter(|x| x.z > level);
-            high.count() as Real * simulation.rest_volume
+            high.count() as Real * simulation.rest_volume + escaped.liquid + escaped.polymer
         };
         let mut reading = Reading::default();
         let (mut sum, mut time, mut then) = (0.0, 0.0, None);
@@ -73,7 +74,7 @@ impl Pressed {
             }
             if simulation.time > from {
                 if then.is_none() {
-                    then = Some((simulation.time, above(&simulation)));
+                    then = Some((simulation.time, above(&mut simulation)));
                 }
                 sum += simulation.inlets[0].pressure * report.dt;
                 time += report.dt;
@@ -81,7 +82,7 @@ impl Pressed {
         }
         if let Some((start, volume)) = then {
             let inflow = simulation.inlets[0].settings.flow_rate * (simulation.time - start);
-            reading.flow = (above(&simulation) - volume) / inflow;
+            reading.flow = (above(&mut simulation) - volume) / inflow;
         }
         costs.sort_by(Real::total_cmp);
         reading.cost = costs.get(costs.len() / 2).copied().unwrap_or_default();
@@ -159,7 +160,7 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
                 viscosity,
                 relaxation_time: 0.0,
                 step: 1.0,
-                travel: 6.0,
+                travel: 24.0,
             };
             let reading = read(bench, pressed)?;
             let depth = Real::from(depth);

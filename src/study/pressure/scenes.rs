@@ -15,8 +15,11 @@ pub const SPEED: Real = 0.02;
 /// Share of a spacing that the fastest particle may move in a step.
 const CFL: Real = 0.4;
 const DENSITY: Real = 1070.0;
-/// Room above the fluid, in spacings.
-const ABOVE: Real = 12.0;
+/// How far walls stand above the fluid at the start, in spacings. What comes out there goes on freely: a column that rose
+/// between walls would press back the more, the more has come.
+const ABOVE: Real = 1.0;
+/// Room above that for what comes out, in spacings on top of how far it comes in.
+const ROOM: Real = 16.0;
 
 /// Where fluid is pressed through.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -66,7 +69,7 @@ impl Vessel {
                 let mut walls = vec![
                     tube(-4.0, 10.0, radius, 11.0),
                     // What is left open between rings are pores without a way out.
-                    tube(10.0, top, 7.5, 11.0),
+                    tube(10.0, 26.5, 7.5, 11.0),
                 ];
                 for ring in 0..3 {
                     let from = 13.0 + 4.5 * Real::from(ring);
@@ -153,7 +156,7 @@ impl Pressed {
         let (radius, depth) = self.vessel.size();
         let domain = Aabb {
             min: Vec3::new(-14.0, -14.0, -4.0) * dx,
-            max: Vec3::new(14.0, 14.0, depth + ABOVE + 10.0) * dx,
+            max: Vec3::new(14.0, 14.0, depth + self.travel + ROOM) * dx,
         };
         let mut s = settings(dx, domain);
         s.scheme = if self.relaxation_time > 0.0 {
