@@ -184,3 +184,17 @@ fn good_pictures_of_any_size() {
     let said = job.compare(&golden).expect_err("refused").to_string();
     assert!(said.contains("front.0000.png"), "{said}");
 }
+
+/// Found by `tables`, once in some thousand cases.
+#[test]
+fn a_header_that_was_cut_short_of_its_end_does_not_take_a_row_into_its_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("stats.csv");
+    fs::write(&path, COLUMNS.join(",")).expect("written");
+    let mut table = Table::resume(&path, &COLUMNS, 0).expect("no row is missing");
+    table
+        .row(&["9".into(), "1".into(), "0".into()])
+        .expect("a row");
+    let text = fs::read_to_string(&path).expect("UTF-8");
+    assert_eq!(text, "frame,time_s,volume_m3\n9,1,0\n");
+}

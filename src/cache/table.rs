@@ -29,14 +29,19 @@ impl Table {
     pub fn resume(path: &Path, columns: &[&str], rows: usize) -> Result<Self, CacheError> {
         let text = fs::read_to_string(path).map_err(|e| CacheError::io(path, e))?;
         let mut lines = text.split_inclusive('\n');
-        let header = lines.next().unwrap_or_default();
+        // Cut short of its end it would take the next row into its line.
+        let header = columns.join(",") + "\n";
+        let found = lines.next().unwrap_or_default();
         let kept: Vec<&str> = lines.filter(|l| l.ends_with('\n')).take(rows).collect();
         let whole = |row: &&str| row.split(',').count() == columns.len();
-        if header.trim_end() != columns.join(",") || kept.len() != rows || !kept.iter().all(whole) {
+        if found.trim_end() != header.trim_end() || kept.len() != rows || !kept.iter().all(whole) {
             let what = format!("it has not the {rows} rows that it should have by now");
             return Err(CacheError::damaged(path, what));
         }
-        atomic::write(path, [&[header], &kept[..]].concat().concat().as_bytes())?;
+        atomic::write(
+            path,
+            [&[&header[..]], &kept[..]].concat().concat().as_bytes(),
+        )?;
         let file = File::options().append(true).open(path);
         Ok(Self {
             path: path.to_owned(),
