@@ -31,7 +31,7 @@ const SPREAD: Real = 0.1;
 /// 11G cannula by a third of its pressure).
 const PACKING: Real = 0.5;
 /// Most of it, per viscosity of the fluid. With 1 the pressure of a viscoelastic needle is 2 % high at the CFL limit, with
-/// 0.5 it keeps to within 1 % over a factor 4 in the step, with 0 it is 1 % low and rings.
+/// 0.5 it keeps to within 1 % over a factor 4 in the step, with 0 it is 1 % low and rings. [`BEARABLE`] overrules it.
 const MOST_LAG: Real = 0.5;
 /// What may be missing of it even so, per viscosity of the slow flow. A pipe 320 deep needs 32 times its viscosity, and with
 /// half of it each step orders the packing by what is pushed in and disorders it again: nothing comes out. That stops where 4
@@ -166,48 +166,60 @@ impl Stepper<'_> {
     }
 
     /// Rate at which pressure has to push volume away, so that compression is gone in `correction` [s], but not before
-    /// the end of the step [m³/s]. So are gaps in fluid under pressure: closed at once, those that noise opens would
-    /// suck in as much as an inlet gives. Other gaps may close by the end of the step. A closed body can only even out
-    /// what it has, and does it slowly.
+    /// the end of the step [m³/s].
     fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
-        let mut excess = operator.excess_volume();
+        let excess = operator.excess_volume();
         if self.closed {
-            let share = if self.near.wall.entries() > 0 {
-                CLOSED_SHARE
-            } else {
-                UNWALLED_SHARE
-            };
-            let rate = share / self.dt.max(CLOSED_TIME * correction);
-            let n = excess.len();
-            let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
-            for e in &mut excess {
-                *e = rate * (*e - mean);
-            }
+            self.even_out(excess, correction)
         } else {
-            let slow = self.dt.max(correction);
-            let pressed: Vec<bool> = (excess.iter().zip(&self.fluid.pressure))
-                .map(|(e, pressure)| *e > 0.0 || pressure[0] > 0.0)
-                .collect();
-            let [surplus, count] = ordered_sums(excess.len(), |i| {
-                if pressed[i] {
-                    [excess[i], 1.0]
-                } else {
-                    [0.0; 2]
-                }
-            });
-            let inflow = self.inflow();
-            let (mean, swelling) = if surplus > 0.0 && inflow > 0.0 {
-                (surplus / count, slow.max(surplus / (SWELLING * inflow)))
+            self.give_back(excess, correction)
+        }
+    }
+
+    /// The same of a closed body: it can only even out what it has, and does it slowly.
+    fn even_out(&self, mut excess: Vec<Real>, correction: Real) -> Vec<Real> {
+        let share = if self.near.wall.entries() > 0 {
+            CLOSED_SHARE
+        } else {
+            UNWALLED_SHARE
+        };
+        let rate = share / self.dt.max(CLOSED_TIME * correction);
+        let n = excess.len();
+        let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
+        for e in &mut excess {
+            *e = rate * (*e - mean);
+        }
+        excess
+    }
+
+    /// The same of an open one. Gaps in fluid under pressure are treated like compression: closed at once, those that noise
+    /// opens would suck in as much as an inlet gives. Other gaps may close by the end of the step.
+    fn give_back(&self, mut excess: Vec<Real>, correction: Real) -> Vec<Real> {
+        let time = self.dt.max(correction);
+        let pressed: Vec<bool> = (excess.iter().zip(&self.fluid.pressure))
+            .map(|(e, pressure)| *e > 0.0 || pressure[0] > 0.0)
+            .collect();
+        let [surplus, count] = ordered_sums(excess.len(), |i| {
+            if pressed[i] {
+                [excess[i], 1.0]
             } else {
-                (0.0, slow)
-            };
-            for (e, pressed) in excess.iter_mut().zip(pressed) {
-                *e = if pressed {
-                    (*e - mean) / slow + mean / swelling
-                } else {
-                    *e / self.dt
-                };
+                [0.0; 2]
             }
+        });
+        let inflow = self.inflow();
+        // What each of them is over-full by because the whole is, and how fast that goes out.
+        let (mean, swelling) = if surplus > 0.0 && inflow > 0.0 {
+            let mean = surplus / count;
+            (mean, mean / time.max(surplus / (SWELLING * inflow)))
+        } else {
+            (0.0, 0.0)
+        };
+        for (e, pressed) in excess.iter_mut().zip(pressed) {
+            *e = if pressed {
+                (*e - mean) / time + swelling
+            } else {
+                *e / self.dt
+            };
         }
         excess
     }
@@ -217,10 +229,10 @@ impl Stepper<'_> {
         let cement = &self.settings.cement;
         for (i, lag) in lag.iter_mut().enumerate() {
             let needed = PACKING * self.fluid.pressure[i][0].max(0.0) * self.dt;
-            let most = MOST_LAG * viscosity[i];
-            let slow = cement.mixture_viscosity(self.fluid.polymer_fraction[i]);
-            let least = needed - BEARABLE * slow;
-            *lag = lag.max((needed - viscosity[i]).min(most)).max(least);
+            let wanted = (needed - viscosity[i]).min(MOST_LAG * viscosity[i]);
+            let at_rest = cement.mixture_viscosity(self.fluid.polymer_fraction[i]);
+            let indispensable = needed - BEARABLE * at_rest;
+            *lag = lag.max(wanted).max(indispensable);
         }
     }
 

@@ -31,38 +31,40 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
             fit(&mut count, &bounds, settings.spacing, free, &mut random);
         }
         let step = bounds.extent().component_div(&count);
-        for x in 0..count.x as usize {
-            for y in 0..count.y as usize {
-                for z in 0..count.z as usize {
-                    let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
-                    let mut position = bounds.min + cell.component_mul(&step);
-                    if !holds(&body.shape, &position) {
-                        continue;
-                    }
-                    if earlier.iter().any(|other| holds(&other.shape, &position)) {
-                        carved += 1;
-                        continue;
-                    }
-                    if settings.jitter > 0.0 {
-                        position += random.cube() * (settings.jitter * settings.spacing);
-                    }
-                    let clearance = CLEARANCE * settings.spacing;
-                    let (phi, away) = around.distance(&position);
-                    // A lattice cut at the walls themselves has on average as many points as there is room for.
-                    if phi < if body.saturated { 0.0 } else { clearance } {
-                        carved += 1;
-                        continue;
-                    }
-                    if phi < clearance {
-                        position += away * (clearance - phi);
-                    }
-                    let id = fluid.len() as u32;
-                    fluid.push(position, body.velocity, body.polymer_fraction, id, 0);
-                }
+        for corner in lattice(&count) {
+            let mut position = bounds.min + corner.add_scalar(0.5).component_mul(&step);
+            if !holds(&body.shape, &position) {
+                continue;
             }
+            if earlier.iter().any(|other| holds(&other.shape, &position)) {
+                carved += 1;
+                continue;
+            }
+            if settings.jitter > 0.0 {
+                position += random.cube() * (settings.jitter * settings.spacing);
+            }
+            let clearance = CLEARANCE * settings.spacing;
+            let (phi, away) = around.distance(&position);
+            // A lattice cut at the walls themselves has on average as many points as there is room for.
+            if phi < if body.saturated { 0.0 } else { clearance } {
+                carved += 1;
+                continue;
+            }
+            if phi < clearance {
+                position += away * (clearance - phi);
+            }
+            let id = fluid.len() as u32;
+            fluid.push(position, body.velocity, body.polymer_fraction, id, 0);
         }
     }
     (fluid, carved)
+}
+
+/// The lower corner of each of so many cells, in cells.
+fn lattice(count: &Vec3) -> impl Iterator<Item = Vec3> {
+    let [x, y, z] = [count.x, count.y, count.z].map(|c| c as usize);
+    (0..x * y * z)
+        .map(move |n| Vec3::new((n / (y * z)) as Real, (n / z % y) as Real, (n % z) as Real))
 }
 
 /// How many cells, one a particle, fill a body from face to face along each axis.
@@ -93,17 +95,12 @@ fn fit(
 ) {
     let step = bounds.extent().component_div(count);
     let (mut held, mut room) = (0.0, 0.0);
-    for x in 0..count.x as usize {
-        for y in 0..count.y as usize {
-            for z in 0..count.z as usize {
-                let corner = Vec3::new(x as Real, y as Real, z as Real);
-                let place = |within: Vec3| bounds.min + (corner + within).component_mul(&step);
-                held += Real::from(u8::from(free(&place(Vec3::repeat(0.5)))));
-                for _ in 0..PROBES {
-                    let within = random.cube().add_scalar(1.0) * 0.5;
-                    room += Real::from(u8::from(free(&place(within)))) / PROBES as Real;
-                }
-            }
+    for corner in lattice(count) {
+        let place = |within: Vec3| bounds.min + (corner + within).component_mul(&step);
+        held += Real::from(u8::from(free(&place(Vec3::repeat(0.5)))));
+        for _ in 0..PROBES {
+            let within = random.cube().add_scalar(1.0) * 0.5;
+            room += Real::from(u8::from(free(&place(within)))) / PROBES as Real;
         }
     }
     if held > 0.0 {

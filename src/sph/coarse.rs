@@ -118,12 +118,8 @@ impl Coarse {
 
     /// Q A_c⁻¹ Qᵀ r, by cell: the correction of particle i is `result[cell]`. In a closed body only differences of
     /// pressure mean anything: its level, which the residual's rounding would decide, is left alone.
-    pub fn solve(&self, residual: impl Fn(usize) -> Real) -> Vec<Real> {
-        let mut x: Vec<Real> = self
-            .members
-            .iter()
-            .map(|m| m.iter().map(|&i| residual(i as usize)).sum())
-            .collect();
+    pub fn solve(&self, residual: impl Fn(usize) -> Real + Sync) -> Vec<Real> {
+        let mut x = self.sums(residual);
         self.without_level(&mut x);
         widest(Substitute {
             factor: &self.factor,
@@ -135,11 +131,15 @@ impl Coarse {
 
     /// Σ |Σ r| over the cells: what flows too much or too little from one to the next, where a sum over all would let one
     /// make up for another.
-    pub fn sums(&self, residual: impl Fn(usize) -> Real + Sync) -> Real {
-        let sums: Vec<Real> = (self.members.par_iter())
-            .map(|m| m.iter().map(|&i| residual(i as usize)).sum::<Real>().abs())
-            .collect();
-        sums.iter().sum()
+    pub fn spread(&self, residual: impl Fn(usize) -> Real + Sync) -> Real {
+        self.sums(residual).iter().map(|sum| sum.abs()).sum()
+    }
+
+    /// Σ r of each cell.
+    fn sums(&self, residual: impl Fn(usize) -> Real + Sync) -> Vec<Real> {
+        (self.members.par_iter())
+            .map(|m| m.iter().map(|&i| residual(i as usize)).sum())
+            .collect()
     }
 
     fn without_level(&self, x: &mut [Real]) {

@@ -78,6 +78,7 @@ pub struct CoupledGoal {
     /// |Σ s| over the particles under pressure [m³/s].
     pub balance: Real,
     /// Σ |Σ s| over the coarse level's cells [m³/s]: what a long vessel may swallow in one place and give back in another.
+    /// Infinite: anything.
     pub spread: Real,
     /// Root mean square velocity residual r_v/H_ii [m/s].
     pub velocity: Real,
@@ -291,20 +292,22 @@ impl<'a> CoupledSolver<'a> {
                     balance.abs(),
                 ]
             };
-            let spread = |r: &[Packed<f32>]| self.coarse.sums(|i| Real::from(r[i][3]));
-            let finest = [goal.strain_rate, velocity_goal, goal.balance];
+            let spread = |r: &[Packed<f32>]| self.spread(goal, |i| Real::from(r[i][3]));
+            let finest = [goal.strain_rate, velocity_goal, goal.balance, goal.spread];
             let reduction = if settled { 0.0 } else { LOOSE };
             let mut target = None;
             let residual = residual.iter().map(|r| r.map(|r| r as f32)).collect();
             let (correction, iterations) = minres::solve(&*self, residual, MOST_INNER, |r| {
-                let left = norms(r);
-                let goal_of = |left: Real, finest: Real| (reduction * left).max(0.7 * finest);
-                let (target, of_spread) = *target.get_or_insert_with(|| {
-                    let target = std::array::from_fn(|k| goal_of(left[k], finest[k]));
-                    (target, goal_of(spread(r), goal.spread))
+                let [strain, speed, balance] = norms(r);
+                let target: [Real; 4] = *target.get_or_insert_with(|| {
+                    let left = [strain, speed, balance, spread(r)];
+                    std::array::from_fn(|k| (reduction * left[k]).max(0.7 * finest[k]))
                 });
-                let met = left.iter().zip::<[Real; 3]>(target).all(|(l, t)| *l <= t);
-                met && spread(r) <= of_spread
+                // The dearest last.
+                strain <= target[0]
+                    && speed <= target[1]
+                    && balance <= target[2]
+                    && spread(r) <= target[3]
             });
             outcome.iterations += iterations;
             outcome.outers += 1;
@@ -342,7 +345,7 @@ impl<'a> CoupledSolver<'a> {
             outcome.converged = !changed
                 && outcome.strain_rate <= goal.strain_rate
                 && outcome.balance <= goal.balance
-                && self.coarse.sums(left) <= goal.spread
+                && self.spread(goal, left) <= goal.spread
                 && outcome.velocity <= velocity_goal;
             if outcome.converged || outcome.outers >= MOST_OUTERS {
                 break;
@@ -363,6 +366,15 @@ impl<'a> CoupledSolver<'a> {
             pressure[i] = x[i][3];
         }
         outcome
+    }
+
+    /// What the cells of the coarse level have left over, each by itself, if anything is asked of that [m³/s].
+    fn spread(&self, goal: &CoupledGoal, residual: impl Fn(usize) -> Real + Sync) -> Real {
+        if goal.spread.is_finite() {
+            self.coarse.spread(residual)
+        } else {
+            0.0
+        }
     }
 
     /// Takes a new set F: C, and the coarse level unless that of the last round is as good.

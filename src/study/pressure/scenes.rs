@@ -69,7 +69,7 @@ impl Vessel {
                 let mut walls = vec![
                     tube(-4.0, 10.0, radius, 11.0),
                     // What is left open between rings are pores without a way out.
-                    tube(10.0, 26.5, 7.5, 11.0),
+                    tube(10.0, depth + 0.5, 7.5, 11.0),
                 ];
                 for ring in 0..3 {
                     let from = 13.0 + 4.5 * Real::from(ring);
