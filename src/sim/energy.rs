@@ -216,6 +216,14 @@ impl Stepper<'_> {
         }
     }
 
+    /// Books what was taken off the pressure's force in the step [N].
+    pub(super) fn book_relief(&mut self, relief: &[Vec3]) {
+        let Some(books) = &mut self.books else { return };
+        for (sum, relief) in books.pressure.iter_mut().zip(relief) {
+            *sum += relief * self.dt;
+        }
+    }
+
     /// Books what the forces of the step did, before phases exchange anything.
     pub fn book_work(&mut self) {
         let Some(books) = self.books.take() else {

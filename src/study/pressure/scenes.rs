@@ -25,8 +25,8 @@ const ROOM: Real = 16.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Vessel {
-    /// A pipe eight spacings wide, full to this depth in spacings.
-    Pipe(u32),
+    /// A pipe of this radius, full to this depth, in spacings.
+    Pipe { radius: Real, depth: u32 },
     /// A needle five spacings wide that opens into a pore with three annular side pores, whose ends are closed.
     Pores,
     /// A vessel twelve spacings wide, crossed by struts.
@@ -37,7 +37,7 @@ impl Vessel {
     /// What the tables call it.
     pub fn name(self) -> String {
         match self {
-            Self::Pipe(depth) => format!("pipe {depth} deep"),
+            Self::Pipe { depth, .. } => format!("pipe {depth} deep"),
             Self::Pores => "needle into closed pores".into(),
             Self::Array => "array of struts".into(),
         }
@@ -46,7 +46,7 @@ impl Vessel {
     /// Radius where fluid comes in, and its depth, in spacings.
     fn size(self) -> (Real, Real) {
         match self {
-            Self::Pipe(depth) => (4.0, Real::from(depth)),
+            Self::Pipe { radius, depth } => (radius, Real::from(depth)),
             Self::Pores => (2.5, 26.0),
             Self::Array => (6.0, 20.0),
         }
@@ -64,7 +64,7 @@ impl Vessel {
         let (radius, depth) = self.size();
         let top = depth + ABOVE;
         match self {
-            Self::Pipe(_) => vec![tube(-4.0, top, radius, radius + 4.0)],
+            Self::Pipe { .. } => vec![tube(-4.0, top, radius, radius + 4.0)],
             Self::Pores => {
                 let mut walls = vec![
                     tube(-4.0, 10.0, radius, 11.0),
