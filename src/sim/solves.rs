@@ -285,7 +285,7 @@ impl Stepper<'_> {
         let mobility: Vec<Real> = mass.iter().map(|m| dt / m).collect();
         let operator = PressureOperator { near: self.near };
         let mut repeated = RepeatedPressure::new(self.near, &mobility);
-        let rate = repeated.volume_rate(&self.mix.velocity);
+        let rate = operator.volume_rate_with_walls(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
                 let correction = if self.closed {
@@ -326,8 +326,9 @@ impl Stepper<'_> {
         let mut k: Vec<Real> = self.fluid.pressure.iter().map(|p| p[slot]).collect();
         self.lower(&mut k);
         let outcome = solve_pressure(&mut repeated, &diagonal, &source_rate, &free, &goal, &mut k);
+        let force = operator.force(&k);
         let velocity: Vec<Vec3> = (0..n)
-            .map(|i| self.mix.velocity[i] - repeated.velocity(i))
+            .map(|i| self.mix.velocity[i] - force[i] * mobility[i])
             .collect();
         self.accept(slot, &k, &velocity);
         self.note(

@@ -43,7 +43,7 @@ const MARGIN: Real = 1.1;
 const GRAIN: usize = 2048;
 
 /// Solves for the pressure `k` [Pa], which comes in as the guess. `source` is the volume rate [m³/s] that it has
-/// to undo, `diagonal` that of A; particles that are `free` keep k = 0. A was applied last to the k that comes out.
+/// to undo, `diagonal` that of A; particles that are `free` keep k = 0.
 pub fn solve_pressure(
     operator: &mut RepeatedPressure,
     diagonal: &[Real],
@@ -149,6 +149,5 @@ pub fn solve_pressure(
         std::mem::swap(&mut image, &mut next_image);
         momentum = ahead;
     }
-    operator.apply(k, &mut image);
     outcome
 }

@@ -13,7 +13,7 @@ pub struct Domain {
 
 impl Domain {
     /// The shortest of the vectors between the images of two points [m].
-    #[inline]
+    #[inline(always)]
     pub fn shortest(&self, mut x_ij: Vec3) -> Vec3 {
         for axis in 0..3 {
             if self.periodic[axis] {
@@ -57,7 +57,7 @@ pub struct Cells {
 
 /// Candidates looked at side by side.
 const LANES: usize = 8;
-/// Candidates of which one call finds those that are near.
+/// Candidates that are sieved at once, and about as many that are near are visited at once.
 const CANDIDATES: usize = 64;
 
 /// Above this many cells per axis product the cells are made wider: memory stays bounded.
@@ -132,6 +132,7 @@ impl Cells {
         cells
     }
 
+    #[inline(always)]
     fn coordinate(&self, x: &Vec3, axis: usize) -> i64 {
         ((x[axis] - self.origin[axis]) / self.width[axis]).floor() as i64
     }
@@ -143,6 +144,7 @@ impl Cells {
     }
 
     /// Cell indices along one axis that lie within one cell of `x`, each once.
+    #[inline(always)]
     fn reach(&self, x: &Vec3, axis: usize) -> ([i64; 3], usize) {
         let (n, centre) = (self.count[axis], self.coordinate(x, axis));
         let mut found = ([0; 3], 0);
@@ -164,88 +166,136 @@ impl Cells {
     /// Calls `visit(j, x − x_j, |x − x_j|²)` for every point within the radius of `x`, always in the same order.
     #[inline]
     pub fn near(&self, x: &Vec3, mut visit: impl FnMut(usize, Vec3, Real)) {
-        let reach: [_; 3] = std::array::from_fn(|axis| self.reach(x, axis));
-        let cells = |axis: usize| &reach[axis].0[..reach[axis].1];
-        for &cx in cells(0) {
-            for &cy in cells(1) {
+        widest(Near {
+            cells: self,
+            x,
+            visit: |bunch: &[u32]| {
+                for &place in bunch {
+                    let x_ij = self.apart(x, place);
+                    visit(self.number(place), x_ij, x_ij.norm_squared());
+                }
+            },
+        });
+    }
+
+    /// Calls `visit` with the places of all points within the radius of `x`, in bunches, always in the same order. To be
+    /// called from [`Wide`] work.
+    #[inline(always)]
+    pub(super) fn bunches(&self, x: &Vec3, mut visit: impl FnMut(&[u32])) {
+        let (runs, number) = self.runs(x);
+        let mut runs = runs[..number].iter();
+        let mut found = [0; 2 * CANDIDATES];
+        let (mut from, mut end) = (0, 0);
+        // One call of `visit` alone: what is called at two places is not inlined.
+        loop {
+            let mut count = 0;
+            while count <= CANDIDATES {
+                if from == end {
+                    let Some(&[first, last]) = runs.next() else {
+                        break;
+                    };
+                    (from, end) = (first as usize, last as usize);
+                }
+                let to = end.min(from + CANDIDATES);
+                count += self.sieve(x, from, to, &mut found[count..]);
+                from = to;
+            }
+            if count == 0 {
+                break;
+            }
+            visit(&found[..count]);
+        }
+    }
+
+    /// Runs of points in the cells around `x`, from place to place, and how many runs there are.
+    #[inline(always)]
+    fn runs(&self, x: &Vec3) -> ([[u32; 2]; 27], usize) {
+        let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.reach(x, axis));
+        let (mut runs, mut number) = ([[0; 2]; 27], 0);
+        for &cx in &xs[..nx] {
+            for &cy in &ys[..ny] {
                 let row = (cx * self.count[1] + cy) * self.count[2];
-                if self.domain.periodic.contains(&true) {
-                    for &cz in cells(2) {
-                        let key = (row + cz) as usize;
-                        for place in self.start[key] as usize..self.start[key + 1] as usize {
-                            let x_ij = self.domain.shortest(x - self.point(place));
-                            let squared = x_ij.norm_squared();
-                            if squared < self.square {
-                                visit(self.order[place] as usize, x_ij, squared);
-                            }
-                        }
-                    }
-                } else if let (Some(first), Some(last)) = (cells(2).first(), cells(2).last()) {
-                    // Cells that follow each other along z are one run of points.
-                    let mut from = self.start[(row + first) as usize] as usize;
-                    let end = self.start[(row + last) as usize + 1] as usize;
-                    while from < end {
-                        let to = end.min(from + CANDIDATES);
-                        let mut found = [0; CANDIDATES];
-                        let count = widest(Sieve {
-                            cells: self,
-                            x,
-                            from,
-                            to,
-                            found: &mut found,
-                        });
-                        for &place in &found[..count] {
-                            let place = place as usize;
-                            let x_ij = x - self.point(place);
-                            visit(self.order[place] as usize, x_ij, x_ij.norm_squared());
-                        }
-                        from = to;
+                for &cz in &zs[..nz] {
+                    let key = (row + cz) as usize;
+                    let [first, last] = [self.start[key], self.start[key + 1]];
+                    // Cells that follow each other are one run.
+                    if number > 0 && runs[number - 1][1] == first {
+                        runs[number - 1][1] = last;
+                    } else {
+                        runs[number] = [first, last];
+                        number += 1;
                     }
                 }
             }
         }
+        (runs, number)
     }
 
-    #[inline]
-    fn point(&self, place: usize) -> Vec3 {
-        let [x, y, z] = &self.sorted;
-        Vec3::new(x[place], y[place], z[place])
-    }
-}
-
-/// Finds which of a run of candidates are near.
-struct Sieve<'a> {
-    cells: &'a Cells,
-    x: &'a Vec3,
-    from: usize,
-    to: usize,
-    found: &'a mut [u32; CANDIDATES],
-}
-
-impl Wide for Sieve<'_> {
-    /// How many it found.
-    type Out = usize;
-
+    /// Which of a run of candidates are near: their places, and how many they are.
     #[inline(always)]
-    fn run(self) -> usize {
+    fn sieve(&self, x: &Vec3, from: usize, to: usize, found: &mut [u32]) -> usize {
         let mut count = 0;
-        let mut at = self.from;
-        while at < self.to {
+        if self.domain.periodic.contains(&true) {
+            for place in from..to {
+                found[count] = place as u32;
+                count += usize::from(self.apart(x, place as u32).norm_squared() < self.square);
+            }
+            return count;
+        }
+        let mut at = from;
+        while at < to {
             let mut squared = [0.0; LANES];
             for axis in 0..3 {
-                let those = &self.cells.sorted[axis][at..at + LANES];
+                let those = &self.sorted[axis][at..at + LANES];
                 for lane in 0..LANES {
-                    let apart = self.x[axis] - those[lane];
+                    let apart = x[axis] - those[lane];
                     squared[lane] += apart * apart;
                 }
             }
-            for lane in 0..LANES.min(self.to - at) {
-                self.found[count] = (at + lane) as u32;
-                count += usize::from(squared[lane] < self.cells.square);
+            let mut near = 0_u32;
+            for lane in 0..LANES {
+                near |= u32::from(squared[lane] < self.square) << lane;
+            }
+            near &= (1 << LANES.min(to - at)) - 1;
+            while near != 0 {
+                found[count] = at as u32 + near.trailing_zeros();
+                count += 1;
+                near &= near - 1;
             }
             at += LANES;
         }
         count
+    }
+
+    /// x − x_j of the point at a place [m], the shortest there is.
+    #[inline(always)]
+    pub(super) fn apart(&self, x: &Vec3, place: u32) -> Vec3 {
+        let [xs, ys, zs] = &self.sorted;
+        let place = place as usize;
+        self.domain
+            .shortest(x - Vec3::new(xs[place], ys[place], zs[place]))
+    }
+
+    /// Which point stands at a place.
+    #[inline(always)]
+    pub(super) fn number(&self, place: u32) -> usize {
+        self.order[place as usize] as usize
+    }
+}
+
+/// Work on all that is near a point.
+struct Near<'a, F> {
+    cells: &'a Cells,
+    x: &'a Vec3,
+    visit: F,
+}
+
+impl<F: FnMut(&[u32])> Wide for Near<'_, F> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.cells.bunches(self.x, self.visit);
     }
 }
 

@@ -26,31 +26,24 @@ impl Kernel {
     }
 
     /// W(r) [1/m³].
-    #[inline]
+    #[inline(always)]
     pub fn w(&self, r: Real) -> Real {
+        // Both pieces are taken and one is chosen, so that several r fit into one register.
         let q = r / self.support_radius;
-        if q <= 0.5 {
-            self.sigma * (6.0 * q * q * (q - 1.0) + 1.0)
-        } else if q < 1.0 {
-            let rest = 1.0 - q;
-            2.0 * self.sigma * rest * rest * rest
-        } else {
-            0.0
-        }
+        let rest = 1.0 - q;
+        let inner = self.sigma * (6.0 * q * q * (q - 1.0) + 1.0);
+        let outer = 2.0 * self.sigma * rest * rest * rest;
+        choose(q, inner, outer)
     }
 
     /// −W'(r)/r ≥ 0 [1/m⁵], finite at r = 0; ∇W_ij = −(this) x_ij.
-    #[inline]
+    #[inline(always)]
     pub fn steepness(&self, r: Real) -> Real {
         let h = self.support_radius;
         let q = r / h;
-        if q <= 0.5 {
-            self.sigma * (12.0 - 18.0 * q) / (h * h)
-        } else if q < 1.0 {
-            6.0 * self.sigma * (1.0 - q) * (1.0 - q) / (h * h * q)
-        } else {
-            0.0
-        }
+        let inner = self.sigma * (12.0 - 18.0 * q) / (h * h);
+        let outer = 6.0 * self.sigma * (1.0 - q) * (1.0 - q) / (h * h * q);
+        choose(q, inner, outer)
     }
 
     /// ∇_i W(x_ij) [1/m⁴].
@@ -71,6 +64,13 @@ impl Kernel {
         }
         1.0 / sum
     }
+}
+
+/// The piece that holds at q.
+#[inline(always)]
+fn choose(q: Real, inner: Real, outer: Real) -> Real {
+    let outer = if q < 1.0 { outer } else { 0.0 };
+    if q <= 0.5 { inner } else { outer }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod coarse;
 mod contact;
 mod coupled;
 mod kernel;
+mod meeting;
 mod minres;
 mod mobility;
 mod neighbourhood;

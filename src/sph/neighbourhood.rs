@@ -3,6 +3,7 @@
 //! Pair terms are kept in f32 relative to the pair, exactly antisymmetric, so that momentum is kept. Operators sum them in
 //! f64, but for corrections of the coupled solve (`saddle`).
 
+use super::meeting::meet;
 use super::{Cells, Domain, Kernel, MovingWalls, Rows, WallParticles, Walls};
 use crate::math::{Mat3, Real, Sym3, Vec3};
 use rayon::prelude::*;
@@ -112,6 +113,17 @@ pub struct Neighbourhood {
     moving: Vec<u32>,
     /// The walls near each fluid particle, static ones before moving ones, while the rest is built.
     found: Rows<u32>,
+    /// What it was built of, as long as it is what was built.
+    pub(super) origin: Option<Origin>,
+}
+
+/// What a neighbourhood follows from, but for walls at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Origin {
+    position: Vec<Vec3>,
+    spacing: Real,
+    kernel: Kernel,
+    moving: MovingWalls,
 }
 
 /// Where a particle stands before the solid: distance [m] to the true surface and unit normal into the open.
@@ -147,7 +159,8 @@ impl Neighbourhood {
         })
     }
 
-    /// The same in the memory of the pairs that were here.
+    /// The same in the memory of the pairs that were here. If they are those of these positions they are kept; `walls` and
+    /// `domain` are taken to be the same as before.
     pub fn rebuild(
         &mut self,
         position: &[Vec3],
@@ -158,6 +171,13 @@ impl Neighbourhood {
         moving: &MovingWalls,
         standing: impl Fn(&Vec3) -> Standing + Sync,
     ) {
+        if let Some(origin) = &self.origin
+            && origin.position == position
+            && (origin.spacing, origin.kernel) == (spacing, *kernel)
+            && origin.moving == *moving
+        {
+            return;
+        }
         let n = position.len();
         let rest_volume = kernel.rest_volume(spacing);
         let h = kernel.support_radius;
@@ -174,17 +194,16 @@ impl Neighbourhood {
         } = self;
 
         fluid.rebuild_with(bells, n, |i, row, bells| {
-            cells.near(&position[i], |j, x_ij, squared| {
-                if j != i {
-                    let r = squared.sqrt();
-                    let steepness = (rest_volume * kernel.steepness(r)) as f32;
+            meet(&cells, kernel, &position[i], |met| {
+                if met.number != i {
+                    let steepness = (rest_volume * met.steepness) as f32;
                     row.push(Link {
-                        gradient: scaled(&x_ij, -steepness),
-                        j: j as u32,
+                        gradient: scaled(&met.apart, -steepness),
+                        j: met.number as u32,
                     });
                     bells.push(Bell {
                         steepness,
-                        weight: (rest_volume * kernel.w(r)) as f32,
+                        weight: (rest_volume * met.w) as f32,
                     });
                 }
             });
@@ -247,13 +266,12 @@ impl Neighbourhood {
         };
 
         of_wall.rebuild(active.len(), |a, row| {
-            cells.near(&at(active[a]), |i, x_bi, squared| {
-                let r = squared.sqrt();
-                let steepness = (rest_volume * kernel.steepness(r)) as f32;
+            meet(&cells, kernel, &at(active[a]), |met| {
+                let steepness = (rest_volume * met.steepness) as f32;
                 row.push(FluidOfWall {
-                    i: i as u32,
-                    gradient: scaled(&x_bi, -steepness),
-                    share: (rest_volume * kernel.w(r)) as f32,
+                    i: met.number as u32,
+                    gradient: scaled(&met.apart, -steepness),
+                    share: (rest_volume * met.w) as f32,
                 });
             });
         });
@@ -343,6 +361,12 @@ impl Neighbourhood {
         self.wall_spin = wall_spin;
         self.wall_volume = wall_volume;
         self.wall_excess = wall_excess;
+        self.origin = Some(Origin {
+            position: position.to_vec(),
+            spacing,
+            kernel: *kernel,
+            moving: moving.clone(),
+        });
     }
 
     /// The fluid neighbours of particle i with all there is to know of them.
@@ -363,6 +387,7 @@ impl Neighbourhood {
 
     /// Gives the moving walls other velocities [m/s].
     pub fn set_moving_velocity(&mut self, velocity: &[Vec3]) {
+        self.origin = None;
         for (active, &b) in self.wall_velocity[self.awake..]
             .iter_mut()
             .zip(&self.moving)

@@ -33,6 +33,7 @@ impl Neighbourhood {
         if self.shape.len() == self.len() {
             return;
         }
+        self.origin = None;
         let each = || (0..self.len()).into_par_iter().with_min_len(128);
         let moment: Vec<Mat3> = each().map(|i| self.moment_of(i)).collect();
         let inverse: Vec<Mat3> = moment.iter().map(inverse_of).collect();

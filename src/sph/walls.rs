@@ -56,7 +56,7 @@ impl Walls {
 }
 
 /// Wall particles that move: rigid walls, and the pistons of inlets.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MovingWalls {
     /// Positions [m].
     pub position: Vec<Vec3>,
