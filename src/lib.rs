@@ -38,6 +38,8 @@
 //! | (Eq. 9) as printed | factor 2, pairwise limiter, momentum carried | D = C_f, volume and momentum kept to 1e-14 | `tests/physics` ledger |
 //! | no drag between the phases | optional `slip_relaxation` | slip under gravity grew without bound and held the step of the main job at a tenth | main job with and without |
 //! | explicit stress, pressure apart | also `StressStep::Coupled`: one solve | steps at the CFL limit | `tests/physics` waves, needle |
+//! | (Eq. 6) after friction with walls | the last step's pressure acts while walls rub, then is solved anew | an explicit steady flow does not know its step | `verify steps`: cylinders 2.1 % without, 0.5 % with |
+//! | all of the pressure acts on the packing | its level only as far as it evens it (`sim::solves`) | deep pipes stiffened like sand: 20 % too much pressure | `pressure_falls_evenly_along_a_deep_pipe` |
 //! | the multiplier of ψ = 1 is called pressure | written and probed: the mean normal stress of the pairs | the multiplier is 2 % off on a lattice | `sph::pressure` tests: virtual work; `verify column` |
 //!
 //! In a closed body only differences of pressure mean anything, yet on a disordered lattice the level is felt a little

@@ -3,6 +3,13 @@
 use super::{Real, Vec3};
 use serde::{Deserialize, Serialize};
 
+/// The lower corner of each of so many cells, in cells.
+pub fn lattice(count: &Vec3) -> impl Iterator<Item = Vec3> {
+    let [x, y, z] = [count.x, count.y, count.z].map(|c| c as usize);
+    (0..x * y * z)
+        .map(move |n| Vec3::new((n / (y * z)) as Real, (n / z % y) as Real, (n % z) as Real))
+}
+
 /// An axis-aligned box, `min ≤ max` on every axis unless it is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Aabb {

@@ -7,7 +7,7 @@ mod scalar;
 mod sym3;
 mod wide;
 
-pub use bounds::Aabb;
+pub use bounds::{Aabb, lattice};
 pub use noise::{Stream, hash_unit};
 pub use ordered::{BLOCK, FEW, ordered_dot, ordered_max, ordered_sum, ordered_sums};
 pub use scalar::Scalar;

@@ -235,21 +235,30 @@ impl Stepper<'_> {
             return;
         }
         let near = &*self.near;
+        let operator = PressureOperator { near };
         let cement = &self.settings.cement;
         let dx = self.settings.spacing;
         let pace = self.pace.unwrap_or_default();
-        let relief: Vec<Vec3> = (0..near.len())
-            .into_par_iter()
-            .with_min_len(256)
+        let beyond = |i: usize| {
+            let viscosity = cement.mixture_viscosity(self.fluid.polymer_fraction[i]);
+            let stress = (viscosity / dx + 0.5 * self.mix.density[i] * pace) * pace;
+            self.fluid.pressure[i][0] - EVENING * stress
+        };
+        let all = (0..near.len()).into_par_iter().with_min_len(256);
+        if !all.clone().any(|i| beyond(i) > 0.0) {
+            return;
+        }
+        let relief: Vec<Vec3> = all
             .map(|i| {
-                let viscosity = cement.mixture_viscosity(self.fluid.polymer_fraction[i]);
-                let stress = (viscosity / dx + 0.5 * self.mix.density[i] * pace) * pace;
-                let beyond = self.fluid.pressure[i][0] - EVENING * stress;
-                if beyond > 0.0 && !near.one_sided(i) {
-                    near.crowding(i) * (2.0 * near.rest_volume * beyond)
-                } else {
-                    Vec3::zeros()
+                let beyond = beyond(i);
+                if beyond <= 0.0 {
+                    return Vec3::zeros();
                 }
+                let crowding = near.crowding(i);
+                if near.is_one_sided(&crowding) {
+                    return Vec3::zeros();
+                }
+                operator.force_of_level(&crowding, beyond)
             })
             .collect();
         for (force, relief) in force.iter_mut().zip(&relief) {

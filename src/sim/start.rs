@@ -3,7 +3,7 @@
 use super::mover::Scenery;
 use super::settings::{BodyShape, Inside, SimSettings};
 use crate::fluid::FluidParticles;
-use crate::math::{Aabb, Real, Stream, Vec3};
+use crate::math::{Aabb, Real, Stream, Vec3, lattice};
 
 /// Particles closer to a wall than this are carved away, or moved off it where they saturate pores, in spacings.
 const CLEARANCE: Real = 0.25;
@@ -58,13 +58,6 @@ pub fn fill(settings: &SimSettings, around: &Scenery<'_>) -> (FluidParticles, us
         }
     }
     (fluid, carved)
-}
-
-/// The lower corner of each of so many cells, in cells.
-fn lattice(count: &Vec3) -> impl Iterator<Item = Vec3> {
-    let [x, y, z] = [count.x, count.y, count.z].map(|c| c as usize);
-    (0..x * y * z)
-        .map(move |n| Vec3::new((n / (y * z)) as Real, (n / z % y) as Real, (n % z) as Real))
 }
 
 /// How many cells, one a particle, fill a body from face to face along each axis.

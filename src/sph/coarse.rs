@@ -3,7 +3,8 @@
 //! A_c = Σ_l mob_l g_l g_lᵀ with g_lc = Σ_{j in cell c} P_lj: how easily the fluid moves is in `mobility`, so that a
 //! tube has its Darcy resistance and long modes are right for any viscosity.
 
-use super::neighbourhood::{Neighbourhood, vector};
+use super::neighbourhood::Neighbourhood;
+use super::pairs::vector;
 use crate::math::{Real, Vec3, Wide, widest};
 use rayon::prelude::*;
 use std::collections::HashMap;

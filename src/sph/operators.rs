@@ -1,6 +1,7 @@
 //! Derivatives of fields on particles: velocity gradient, force of a stress, viscous force, and their walls.
 
-use super::neighbourhood::{Neighbourhood, Pair, WallPair, vector};
+use super::neighbourhood::Neighbourhood;
+use super::pairs::{Pair, WallPair, vector};
 use crate::math::{Mat3, Real, Vec3};
 use rayon::prelude::*;
 

@@ -1,8 +1,9 @@
 //! What moving walls and pistons give to the fluid through friction and stress [W]: their force on it times their own
 //! velocity.
 
-use super::neighbourhood::{Neighbourhood, vector};
+use super::neighbourhood::Neighbourhood;
 use super::operators::wall_drag;
+use super::pairs::vector;
 use crate::math::{Mat3, Real, Vec3, ordered_sum};
 
 /// Through friction at walls; `viscosity` [Pa·s].

@@ -10,7 +10,8 @@
 //! the wall's own compression is given back to the fluid through the transpose, so that Pᵀ M⁻¹ P is symmetric
 //! and positive semi-definite for any disorder and any masses.
 
-use super::neighbourhood::{Neighbourhood, squared_over, vector};
+use super::neighbourhood::Neighbourhood;
+use super::pairs::{squared_over, vector};
 use crate::math::{Real, Vec3};
 use rayon::prelude::*;
 
@@ -52,6 +53,12 @@ impl PressureOperator<'_> {
                 (fluid + wall) * near.rest_volume
             })
             .collect()
+    }
+
+    /// P k [N] of a pressure that is the same everywhere [Pa], on a particle that is crowded so [1/m]: 2 V k ∇ψ_i, what the
+    /// level of a pressure does to a packing. It is 0 on a lattice.
+    pub fn force_of_level(&self, crowding: &Vec3, level: Real) -> Vec3 {
+        crowding * (2.0 * self.near.rest_volume * level)
     }
 
     /// Pᵀ v [m³/s], walls at rest.

@@ -3,7 +3,8 @@
 //! A k is then right to 1e-6 of itself, far below what is asked of a solve; what the pressure that comes out does to the
 //! velocity is to be taken from [`PressureOperator::force`](super::PressureOperator::force), which keeps momentum.
 
-use super::neighbourhood::{Link, Neighbourhood};
+use super::neighbourhood::Neighbourhood;
+use super::pairs::Link;
 use crate::math::{Real, WideRows, widest_rows};
 use rayon::prelude::*;
 
@@ -175,9 +176,8 @@ mod tests {
     use crate::math::{Aabb, Stream, Vec3};
     use crate::sph::{Domain, Kernel, MovingWalls, PressureOperator, WallParticles, Walls};
 
-    /// On disordered particles above a floor: the same as the plain operator, and symmetric.
-    #[test]
-    fn agrees_with_the_operator_and_its_transpose() {
+    /// Disordered particles above a floor.
+    fn above_a_floor() -> Neighbourhood {
         let mut random = Stream::new(5, "packed");
         let kernel = Kernel::new(2.4);
         let domain = Domain {
@@ -209,6 +209,28 @@ mod tests {
             |x| (x.z + 0.5, Vec3::z()),
         );
         assert!(near.of_wall.len() > 100);
+        near
+    }
+
+    /// The pressure of a wall is a mean of the fluid's, so a level is felt there as anywhere.
+    #[test]
+    fn a_level_of_pressure_pushes_the_crowded_alone() {
+        let near = above_a_floor();
+        let operator = PressureOperator { near: &near };
+        for (i, force) in operator.force(&vec![1.0; near.len()]).iter().enumerate() {
+            let level = operator.force_of_level(&near.crowding(i), 1.0);
+            assert!(
+                (force - level).norm() < 1e-5 * (1.0 + level.norm()),
+                "{force} {level}"
+            );
+        }
+    }
+
+    /// The same as the plain operator, and symmetric.
+    #[test]
+    fn agrees_with_the_operator_and_its_transpose() {
+        let near = above_a_floor();
+        let mut random = Stream::new(6, "pressures");
         let n = near.len();
         let mobility: Vec<Real> = (0..n).map(|_| 0.5 + random.unit()).collect();
         let [a, b] = [0, 1].map(|_| -> Vec<Real> { (0..n).map(|_| random.unit()).collect() });

@@ -13,7 +13,8 @@
 //! rate of volume has to be that of ψ = Σ V W, which keeps the volume. Explicit Newtonian steps with a free surface go
 //! without (`sim::stepper`).
 
-use super::neighbourhood::{Neighbourhood, WallPair, vector};
+use super::neighbourhood::Neighbourhood;
+use super::pairs::{WallPair, vector};
 use crate::math::{Mat3, Real, Sym3, Vec3};
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
@@ -155,7 +156,12 @@ impl Neighbourhood {
 
     /// Whether i has neighbours on one side only; before gradients are straightened.
     pub fn one_sided(&self, i: usize) -> bool {
-        self.crowding(i).norm() * self.spacing > ONE_SIDED
+        self.is_one_sided(&self.crowding(i))
+    }
+
+    /// The same of what is crowded so [1/m].
+    pub fn is_one_sided(&self, crowding: &Vec3) -> bool {
+        crowding.norm() * self.spacing > ONE_SIDED
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::StudyError;
 use crate::fluid::{Cement, PhaseMaterial};
-use crate::math::{Aabb, Mat3, Real, Stream, Vec3};
+use crate::math::{Aabb, Mat3, Real, Stream, Vec3, lattice};
 use crate::sim::{
     Body, BodyShape, ElasticWaves, Motion, MovingSolid, Path, Scheme, SimSettings, Simulation,
     StressStep, TimeStep,
@@ -122,17 +122,11 @@ impl Place {
         let (domain, dx) = (self.settings.domain, self.settings.spacing);
         let solid = self.solid.clone();
         let mut simulation = self.start(name)?;
-        let count = domain.extent().map(|e| (e / dx).round() as usize);
-        for x in 0..count.x {
-            for y in 0..count.y {
-                for z in 0..count.z {
-                    let cell = Vec3::new(x as Real + 0.5, y as Real + 0.5, z as Real + 0.5);
-                    let position = domain.min + cell * dx;
-                    if solid.phi(&position) > 0.0 {
-                        let id = simulation.fluid.len() as u32;
-                        simulation.fluid.push(position, Vec3::zeros(), 1.0, id, 0);
-                    }
-                }
+        for corner in lattice(&domain.extent().map(|e| (e / dx).round())) {
+            let position = domain.min + corner.add_scalar(0.5) * dx;
+            if solid.phi(&position) > 0.0 {
+                let id = simulation.fluid.len() as u32;
+                simulation.fluid.push(position, Vec3::zeros(), 1.0, id, 0);
             }
         }
         Ok(simulation)

@@ -1,7 +1,7 @@
 //! The dam break of Martin and Moyce: the front of the bulk.
 
-use super::series::{curve, dots};
-use super::{Bench, Case, Figure, Goal, Measured, StudyError};
+use super::series::{Refined, curve, dots};
+use super::{Bench, Case, Measured, StudyError};
 use crate::math::{Aabb, Real, Vec3};
 use crate::report::{Axis, Plot};
 use crate::sim::{BodyShape, StressStep, TimeStep};
@@ -28,33 +28,32 @@ const RELEASED: Real = 1.0;
 const WIDTH: usize = 6;
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
-    let across = bench.level.pick(12, 24);
+    let sizes = bench.level.pick(vec![12], vec![12, 18, 24]);
     let samples = bench.level.pick(10, 15);
-    let run = "dam".to_owned();
-    let (fronts, seconds) =
-        bench.run(&run, &(across, samples), || fronts(&run, across, samples))?;
     let measured = &DAM_FRONT[..samples];
-    let worst = |of: fn(Real) -> bool| {
-        let compared = fronts.iter().zip(measured).filter(|(_, m)| of(m[0]));
-        let errors = compared.map(|(f, m)| (f[1] / m[1] - 1.0).abs());
-        errors.fold(0.0, Real::max)
-    };
-    let figure = |what: &str, reached: Real| Figure {
-        what: format!("front of the bulk {what}, largest deviation"),
-        resolution: format!("{across} long"),
-        reached,
-        goal: Goal::AtMost(0.05),
-        seconds,
-    };
-    let figures = vec![
-        figure("from T = 1 on", worst(|time| time >= RELEASED)),
-        figure("before T = 1", worst(|time| time < RELEASED)),
-    ];
+    let [mut bulk, mut early] = [Refined::default(), Refined::default()];
+    let mut finest = Vec::new();
+    for across in sizes {
+        let run = format!("dam-{across}");
+        let (fronts, seconds) =
+            bench.run(&run, &(across, samples), || fronts(&run, across, samples))?;
+        let worst = |of: fn(Real) -> bool| {
+            let compared = fronts.iter().zip(measured).filter(|(_, m)| of(m[0]));
+            let errors = compared.map(|(f, m)| (f[1] / m[1] - 1.0).abs());
+            errors.fold(0.0, Real::max)
+        };
+        bulk.add(across, worst(|time| time >= RELEASED), seconds);
+        early.add(across, worst(|time| time < RELEASED), seconds);
+        finest = fronts;
+    }
+    let what = |when: &str| format!("front of the bulk {when}, largest deviation");
+    let mut figures = bulk.figures(&what("from T = 1 on"), "long", 0.05, Some(0.0));
+    figures.extend(early.figures(&what("before T = 1"), "long", 0.05, None));
     let plot = Plot {
         title: "Front of a breaking dam".into(),
         x: Axis::linear("t √(2 g / a)".replace('√', "sqrt ").as_str()),
         y: Axis::linear("front / a"),
-        series: vec![curve("measured", 0, measured.to_vec()), dots(1, fronts)],
+        series: vec![curve("measured", 0, measured.to_vec()), dots(1, finest)],
     };
     Ok(Measured { figures, plot })
 }

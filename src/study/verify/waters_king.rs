@@ -1,7 +1,7 @@
 //! Oldroyd-B flow that starts between plates [Waters70]: it overshoots, swings back, and settles.
 
-use super::series::{curve, dots, thinned};
-use super::{Bench, Case, Figure, Goal, Measured, StudyError};
+use super::series::{Refined, curve, dots, thinned};
+use super::{Bench, Case, Measured, StudyError};
 use crate::math::{Real, Vec3};
 use crate::report::{Axis, Plot};
 use crate::sim::{ElasticWaves, Scheme, TimeStep};
@@ -29,9 +29,11 @@ const SAMPLES: u32 = 20;
 type Swing = (Vec<[Real; 2]>, Real);
 
 fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
-    let across = bench.level.pick(30, 40);
+    // Spacings across, and steps a relaxation time.
+    let sizes = bench
+        .level
+        .pick(vec![(30, 110)], vec![(20, 100), (30, 150), (40, 200)]);
     let memories = bench.level.pick(3, 8);
-    let steps = bench.level.pick(110, 200);
     let mut plot = Plot {
         title: "Start-up of an Oldroyd-B fluid: velocity in the middle".into(),
         x: Axis::linear("time / relaxation time"),
@@ -41,37 +43,31 @@ fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
     let mut figures = Vec::new();
     for (colour, (beta, elasticity)) in FLUIDS.into_iter().enumerate() {
         let fluid = fluid(beta, elasticity);
-        let run = format!("waters-king-{colour}");
-        let settings = (beta, elasticity, across, memories, steps, SPEED, SAMPLES);
-        let ((swing, error), seconds) = bench.run(&run, &settings, || {
-            swing(&run, &fluid, across, memories, steps)
-        })?;
-        let exact: Vec<[Real; 2]> = swing
-            .iter()
-            .map(|p| {
-                [
-                    p[0],
-                    exact(&fluid, 0.0, p[0] * fluid.relaxation_time) / SPEED,
-                ]
-            })
-            .collect();
         let name = format!("beta {beta:.2}, E {elasticity}");
-        let (got, want) = (peak(&swing), peak(&exact));
-        for (what, reached) in [
-            ("L2 over time", error),
-            ("overshoot, height", (got[1] / want[1] - 1.0).abs()),
-            ("overshoot, time", (got[0] / want[0] - 1.0).abs()),
-        ] {
-            figures.push(Figure {
-                what: format!("{name}: {what}"),
-                resolution: format!("{across} across"),
-                reached,
-                goal: Goal::AtMost(0.02),
-                seconds,
-            });
+        let [mut whole, mut height, mut time] = [(); 3].map(|()| Refined::default());
+        let mut finest = Vec::new();
+        for &(across, steps) in &sizes {
+            let run = format!("waters-king-{colour}-{across}");
+            let settings = (beta, elasticity, across, memories, steps, SPEED, SAMPLES);
+            let ((swing, error), seconds) = bench.run(&run, &settings, || {
+                swing(&run, &fluid, across, memories, steps)
+            })?;
+            let (got, want) = (peak(&swing), peak(&exact_swing(&fluid, &swing)));
+            whole.add(across, error, seconds);
+            height.add(across, got[1] / want[1] - 1.0, seconds);
+            time.add(across, got[0] / want[0] - 1.0, seconds);
+            finest = swing;
         }
+        for (what, refined, order) in [
+            ("L2 over time", whole, Some(0.0)),
+            ("overshoot, height", height, None),
+            ("overshoot, time", time, None),
+        ] {
+            figures.extend(refined.figures(&format!("{name}: {what}"), "across", 0.02, order));
+        }
+        let exact = exact_swing(&fluid, &finest);
         plot.series.push(curve(&name, colour, exact));
-        plot.series.push(dots(colour, thinned(swing, 40)));
+        plot.series.push(dots(colour, thinned(finest, 40)));
     }
     Ok(Measured { figures, plot })
 }
@@ -91,6 +87,12 @@ fn force() -> Real {
 
 fn exact(fluid: &Fluid, y: Real, t: Real) -> Real {
     plane_poiseuille(fluid, force(), 0.5 * GAP, y, t)
+}
+
+/// The exact velocities at the times of a run.
+fn exact_swing(fluid: &Fluid, swing: &[[Real; 2]]) -> Vec<[Real; 2]> {
+    let velocity = |time: Real| exact(fluid, 0.0, time * fluid.relaxation_time) / SPEED;
+    swing.iter().map(|p| [p[0], velocity(p[0])]).collect()
 }
 
 /// Vertex of the parabola through the largest sample and its neighbours.
