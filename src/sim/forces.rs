@@ -52,7 +52,8 @@ impl Stepper<'_> {
     /// taken back for the solve that follows. Without it a steady flow past walls depends on the step.
     pub(super) fn push(&mut self, force: &[Vec3], viscosity: &[Real]) {
         let (dt, volume) = (self.dt, self.near.rest_volume);
-        let expected = self.expected_pressure_force();
+        let pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        let pressing = PressureOperator { near: self.near }.force_at_walls(&pressure);
         let velocity: Vec<Vec3> = (0..self.fluid.len())
             .into_par_iter()
             .with_min_len(128)
@@ -60,28 +61,13 @@ impl Stepper<'_> {
                 let (friction, carried) = wall_friction(self.near, i);
                 let inverse_mass = dt / self.mix.mass[i];
                 let scale = inverse_mass * volume * viscosity[i];
-                let pressed = expected
-                    .get(i)
-                    .map_or_else(Vec3::zeros, |f| f * inverse_mass);
+                let pressed = pressing[i] * inverse_mass;
                 let driven = self.mix.velocity[i] + force[i] * inverse_mass + carried * scale;
-                (driven + pressed) / (1.0 + scale * friction) - pressed
+                (driven - pressed) / (1.0 + scale * friction) + pressed
             })
             .collect();
         self.mix
             .distribute(&self.settings.cement, self.fluid, &velocity, volume);
-    }
-
-    /// The force of the last step's pressure [N]; nothing where no walls are near.
-    fn expected_pressure_force(&self) -> Vec<Vec3> {
-        if self.near.wall.entries() == 0 {
-            return Vec::new();
-        }
-        let pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
-        let mut force = PressureOperator { near: self.near }.force(&pressure);
-        for f in &mut force {
-            *f = -*f;
-        }
-        force
     }
 
     /// Eq. 12, then Eqs 13–16 with the new U: explicit, stabilised as far as the step allows.

@@ -35,12 +35,24 @@ pub struct PressureOperator<'a> {
 impl PressureOperator<'_> {
     /// P k [N]: minus the force of a pressure k [Pa] on each particle.
     pub fn force(&self, pressure: &[Real]) -> Vec<Vec3> {
+        self.force_where(pressure, |_| true)
+    }
+
+    /// The same on particles that touch walls, 0 on others.
+    pub fn force_at_walls(&self, pressure: &[Real]) -> Vec<Vec3> {
+        self.force_where(pressure, |i| !self.near.wall.row(i).is_empty())
+    }
+
+    fn force_where(&self, pressure: &[Real], asked: impl Fn(usize) -> bool + Sync) -> Vec<Vec3> {
         let near = self.near;
         let of_walls = self.of_walls(pressure);
         (0..near.len())
             .into_par_iter()
             .with_min_len(GRAIN)
             .map(|i| {
+                if !asked(i) {
+                    return Vec3::zeros();
+                }
                 let k = pressure[i];
                 let fluid = near.fluid.row(i).iter();
                 let fluid: Vec3 = fluid

@@ -14,6 +14,9 @@ use std::collections::HashSet;
 /// Cement that came there has this much more surface than what is laid there evenly: 1.2 to 1.6 times in the main job,
 /// its quick version and a puddle under a needle.
 const ROUGHER: f64 = 1.35;
+/// And it is less quiet, so that its steps are shorter: 1.04 times as many in the main job, 1.3 and 1.6 times as many of
+/// 0.45 : 0.55 and 0.8 : 0.2, which are thin enough to drip from pore to pore.
+const RESTLESS: f64 = 1.25;
 
 /// Half of the dose and all of it are left as frames 1 and 2.
 pub(super) fn course(
@@ -91,7 +94,7 @@ fn over_the_dose(scene: &Scene, paces: &[Pace], start: f64, end: f64) -> (f64, f
     for n in 0..scene.last_frame() {
         let middle = (f64::from(n) + 0.5) * frame;
         let particles = start + (end - start) * dosed(scene, middle);
-        let rate = at(particles, &|pace| 1.0 / pace.dt);
+        let rate = RESTLESS * at(particles, &|pace| 1.0 / pace.dt);
         let of_frame = (rate * frame).max(1.0);
         steps += of_frame;
         seconds += of_frame * at(particles, &|pace| pace.seconds);

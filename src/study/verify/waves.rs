@@ -1,4 +1,7 @@
 //! Waves and vortices in a periodic box: no walls, and closed forms for Newtonian and Oldroyd-B fluids.
+//!
+//! Taylor-Green vortices at 32, 64, 96 spacings are 1.13, 0.40, 0.33 % off: what is left beyond 64 no longer falls with the
+//! spacing, so the order over all three is 1.1 and stays `short`.
 
 use super::series::{Refined, curve, dots, thinned};
 use super::{Bench, Case, Measured, StudyError};
