@@ -52,18 +52,35 @@ fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
     let (mut united, mut seconds) = (0.0, 0.0);
     for drag in [0.0, 0.3, 0.7, 1.0] {
         let run = format!("drift-{drag}");
-        let (slip, took) = bench.run(&run, &(drag, DRIFT_TIME), || drift(&run, drag))?;
+        let (slip, took) = bench.run(&run, &(drag, DRIFT_TIME), || {
+            drift(&run, FRACTION, Friction::Given(drag))
+        })?;
         seconds += took;
-        let exact = drift_slip(drag);
+        let exact = drift_slip(FRACTION, drag);
         if exact == 0.0 {
             united = slip.abs();
         } else {
             worst = worst.max((slip / exact - 1.0).abs());
         }
     }
+    // The more polymer, the more of it is bound to the liquid: C_d of the network is c itself where c is even.
+    let (mut bound, mut rise, mut before) = (0.0_f64, Real::NEG_INFINITY, None);
+    for fraction in [0.2, 0.4, 0.6, 0.8] {
+        let run = format!("drift-bound-{fraction}");
+        let (slip, took) = bench.run(&run, &(fraction, DRIFT_TIME), || {
+            drift(&run, fraction, Friction::Network)
+        })?;
+        seconds += took;
+        bound = bound.max((slip / drift_slip(fraction, fraction) - 1.0).abs());
+        if let Some(before) = before.replace(slip) {
+            rise = rise.max(slip / before - 1.0);
+        }
+    }
     for (what, reached, most) in [
         ("drift without friction, slip velocity", worst, 0.01),
         ("slip at C_d = 1 [m/s]", united, 1e-12),
+        ("drift in a bonding network, slip velocity", bound, 0.01),
+        ("drift in a bonding network, rise with c", rise, 0.0),
     ] {
         figures.push(Figure {
             what: what.into(),
@@ -135,20 +152,29 @@ fn light_and_heavy(drag: Real) -> Cement {
     }
 }
 
+/// What holds the phases of a drifting layer together.
+#[derive(Clone, Copy)]
+enum Friction {
+    /// C_d.
+    Given(Real),
+    /// The bonding network, C_d⁰ = 0 (Eq. 10), in its normalised form.
+    Network,
+}
+
 /// v_polymer − v_liquid along gravity [m/s] at the end: pressure holds the mixture, M = ρ_mix g/c with
 /// c = Σ α_k (C_d + (1 − C_d) ρ_mix/ρ_k), and moves a phase by M (C_d/ρ_mix + (1 − C_d)/ρ_k) against gravity.
-fn drift_slip(drag: Real) -> Real {
+fn drift_slip(fraction: Real, drag: Real) -> Real {
     let cement = light_and_heavy(drag);
     let (liquid, polymer) = (cement.liquid.density, cement.polymer.density);
-    let mixture = cement.density(FRACTION);
+    let mixture = cement.density(fraction);
     let compliance =
-        drag + (1.0 - drag) * mixture * ((1.0 - FRACTION) / liquid + FRACTION / polymer);
+        drag + (1.0 - drag) * mixture * ((1.0 - fraction) / liquid + fraction / polymer);
     let force = mixture * GRAVITY / compliance;
     force * (1.0 - drag) * (1.0 / liquid - 1.0 / polymer) * DRIFT_TIME
 }
 
 /// The same from a run: a uniform mixture between two plates, gravity across.
-fn drift(name: &str, drag: Real) -> Result<Real, StudyError> {
+fn drift(name: &str, fraction: Real, friction: Friction) -> Result<Real, StudyError> {
     let gap = 0.02;
     let lie = Lie {
         turned: false,
@@ -156,11 +182,21 @@ fn drift(name: &str, drag: Real) -> Result<Real, StudyError> {
     };
     let mut place = channel(gap, 20, lie);
     let s = &mut place.settings;
-    s.scheme = Scheme::Imm;
-    s.cement = light_and_heavy(drag);
+    match friction {
+        Friction::Given(drag) => {
+            s.scheme = Scheme::Imm;
+            s.cement = light_and_heavy(drag);
+        }
+        Friction::Network => {
+            s.scheme = Scheme::ImmCt;
+            s.cement = light_and_heavy(0.0);
+            s.cement.relaxation_time = DRIFT_TIME;
+            s.cement.normalised_bonding = true;
+        }
+    }
     s.gravity = -Vec3::y() * GRAVITY;
     for body in &mut s.bodies {
-        body.polymer_fraction = FRACTION;
+        body.polymer_fraction = fraction;
     }
     s.time_step = TimeStep::Fixed(DRIFT_TIME / 10.0);
     let mut simulation = place.start(name)?;
