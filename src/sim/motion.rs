@@ -4,7 +4,6 @@
 use super::contact::{MOST_DEPTH, beside_all};
 use super::stepper::Stepper;
 use crate::fluid::transfer;
-use crate::math::Real;
 use crate::sph::PressureOperator;
 use rayon::prelude::*;
 
@@ -79,7 +78,7 @@ impl Stepper<'_> {
     /// What the fluid presses against each piston with.
     fn measure_inlet_pressure(&mut self) {
         let operator = PressureOperator { near: self.near };
-        let pressure: Vec<Real> = self.fluid.pressure.iter().map(|p| p[0]).collect();
+        let pressure = self.fluid.multiplier(0);
         for (number, inlet) in self.inlets.iter_mut().enumerate() {
             inlet.pressure = operator.piston_pressure(number as u16, &pressure);
         }

@@ -80,7 +80,7 @@ fn step_imm_ct(s: &mut Stepper, left: f64) -> Result<(), SimError> {
             s.project(Source::Divergence); //                           Eq. 6
             s.apply_gravity();
             s.apply_polymer_stress(); //                                Eqs 12–16
-            s.check("polymer stress")?;
+            s.check_untamed("polymer stress")?;
             s.project(Source::Volume); //                               Eq. 6
         }
         StressStep::Coupled | StressStep::Auto => s.solve_viscoelastic(), //               Eqs 6, 12–16

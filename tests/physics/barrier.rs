@@ -2,7 +2,7 @@
 
 use crate::scenes::{newtonian, run, settings};
 use osteoflow::math::{Aabb, Real, Vec3};
-use osteoflow::sim::{Body, BodyShape, Simulation, TimeStep};
+use osteoflow::sim::{Body, BodyShape, SimError, Simulation, StressStep, Symptom, TimeStep};
 use osteoflow::solid::{Shape, Solid, wall_particles};
 
 /// Cement stands on a plate between two chambers, and its weight presses with 3 MPa, more than was ever measured in a
@@ -78,4 +78,46 @@ fn a_plate_of_one_spacing_holds_three_megapascals() {
         let bare = fluid.position.iter().map(|x| (x - middle).norm());
         assert!(bare.fold(Real::MAX, Real::min) < dx, "{middle:?}");
     }
+}
+
+/// A path beyond all measure past a wall is not looked at piece by piece: the step is at fault, and says so.
+#[test]
+fn a_speed_beyond_all_measure_ends_the_run_at_once() {
+    let dx = 1e-3;
+    let bounds = Aabb {
+        min: Vec3::zeros(),
+        max: Vec3::new(6.0, 6.0, 6.0) * dx,
+    };
+    let region = bounds.grown(3.0 * dx);
+    let solid = Solid {
+        shapes: vec![Shape::Box {
+            min: bounds.min,
+            max: bounds.max,
+            hollow: true,
+        }],
+        grids: Vec::new(),
+    };
+    let mut s = settings(dx, region);
+    s.stress = StressStep::Explicit;
+    s.gravity = Vec3::x() * 1e12;
+    s.time_step = TimeStep::Fixed(1.0);
+    s.bodies = vec![Body {
+        shape: BodyShape::Box(bounds),
+        polymer_fraction: 0.0,
+        velocity: Vec3::zeros(),
+        saturated: false,
+    }];
+    let walls = wall_particles(&solid, &region, dx, 2.0 * dx);
+    let mut simulation = Simulation::new(s, solid, walls).unwrap();
+    let ended = simulation.step_towards(10.0);
+    let runaway = |error: &SimError| {
+        matches!(
+            error,
+            SimError::Diverged {
+                what: Symptom::Runaway,
+                ..
+            }
+        )
+    };
+    assert!(ended.as_ref().is_err_and(runaway), "{ended:?}");
 }
