@@ -19,7 +19,7 @@ pub(super) fn verify(
     }
     let folder = work.out.clone();
     let folder = folder.unwrap_or_else(|| Path::new("out").join("verify"));
-    let note = &mut |text: &str| say(quiet, text);
+    let note = &mut move |text: &str| say(quiet, text);
     let verdict = verify::run(cases, work.level.into(), &folder, note)?;
     if json {
         print(&format!("{:#}\n", verdict.report))?;
@@ -45,7 +45,7 @@ pub(super) fn study(
     }
     let folder = work.out.clone();
     let folder = folder.unwrap_or_else(|| Path::new("out").join(format!("study-{name}")));
-    let note = &mut |text: &str| say(quiet, text);
+    let note = &mut move |text: &str| say(quiet, text);
     let (findings, report) = study::run(name, work.level.into(), &folder, note)?;
     if json {
         return print(&format!("{report:#}\n"));

@@ -6,6 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How thorough a study is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,16 +41,15 @@ pub struct Bench<'a> {
     /// How thorough to be.
     pub level: Level,
     runs: Runs,
-    note: &'a mut dyn FnMut(&str),
+    note: Mutex<&'a mut Voice>,
 }
+
+/// What hears how a study goes.
+pub type Voice = dyn FnMut(&str) + Send;
 
 impl<'a> Bench<'a> {
     /// A bench that keeps its runs in `folder`, which has to be empty or hold such runs.
-    pub fn open(
-        folder: &Path,
-        level: Level,
-        note: &'a mut dyn FnMut(&str),
-    ) -> Result<Self, StudyError> {
+    pub fn open(folder: &Path, level: Level, note: &'a mut Voice) -> Result<Self, StudyError> {
         let kept = folder.join("runs");
         let foreign = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
         if foreign && !kept.is_dir() {
@@ -57,14 +58,14 @@ impl<'a> Bench<'a> {
         Ok(Self {
             level,
             runs: Runs::open(&kept),
-            note,
+            note: Mutex::new(note),
         })
     }
 
     /// The result of a run and its seconds, as kept or made now; `name` is a file name, and `settings` is all that
     /// the result depends on beside the program.
     pub fn run<S, T>(
-        &mut self,
+        &self,
         name: &str,
         settings: &S,
         work: impl FnOnce() -> Result<T, StudyError> + Send,
@@ -84,8 +85,50 @@ impl<'a> Bench<'a> {
         Ok(result)
     }
 
+    /// The answers to questions that need nothing of each other, in their order: as many at a time as there are threads,
+    /// each on one thread of its own.
+    pub fn side_by_side<Q: Sync, A: Send>(
+        &self,
+        questions: &[Q],
+        answer: impl Fn(&Q) -> Result<A, StudyError> + Sync,
+    ) -> Result<Vec<A>, StudyError> {
+        let next = AtomicUsize::new(0);
+        let work = || -> Result<Vec<(usize, A)>, StudyError> {
+            let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+            let alone = alone.map_err(|error| StudyError::Scene(error.to_string()))?;
+            let mut answers = Vec::new();
+            while let number = next.fetch_add(1, Ordering::Relaxed)
+                && let Some(question) = questions.get(number)
+            {
+                let given = alone.install(|| answer(question));
+                if given.is_err() {
+                    // Nobody takes up another.
+                    next.store(questions.len(), Ordering::Relaxed);
+                }
+                answers.push((number, given?));
+            }
+            Ok(answers)
+        };
+        let mut answers = std::thread::scope(|scope| {
+            let threads = rayon::current_num_threads().min(questions.len());
+            let working: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            let mut answers = Vec::new();
+            for thread in working {
+                match thread.join() {
+                    Ok(given) => answers.extend(given?),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            }
+            Ok::<_, StudyError>(answers)
+        })?;
+        answers.sort_by_key(|(number, _)| *number);
+        Ok(answers.into_iter().map(|(_, answer)| answer).collect())
+    }
+
     /// Says something about how it goes.
-    pub fn note(&mut self, text: &str) {
-        (self.note)(text);
+    pub fn note(&self, text: &str) {
+        if let Ok(mut note) = self.note.lock() {
+            note(text);
+        }
     }
 }

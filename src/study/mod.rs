@@ -2,10 +2,12 @@
 
 mod accuracy;
 mod bench;
+mod bracket;
 mod error;
 pub mod exact;
 mod max_step;
 mod mixing;
+mod newtonian;
 mod pressure;
 pub mod scenes;
 mod shear_cell;
@@ -15,7 +17,7 @@ mod thinning;
 pub mod verify;
 mod watch;
 
-pub use bench::{Bench, Level};
+pub use bench::{Bench, Level, Voice};
 pub use error::StudyError;
 
 use crate::cache;
@@ -30,7 +32,7 @@ pub struct Study {
     /// What it answers, in a line.
     pub about: &'static str,
     /// Finds the answer.
-    pub answer: fn(&mut Bench) -> Result<Findings, StudyError>,
+    pub answer: fn(&Bench) -> Result<Findings, StudyError>,
 }
 
 /// Every study.
@@ -62,13 +64,13 @@ pub fn run(
     name: &str,
     level: Level,
     folder: &Path,
-    note: &mut dyn FnMut(&str),
+    note: &mut Voice,
 ) -> Result<(Findings, Value), StudyError> {
     let study = STUDIES.iter().find(|study| study.name == name);
     let study =
         study.ok_or_else(|| StudyError::unknown("study", name, STUDIES.iter().map(|s| s.name)))?;
-    let mut bench = Bench::open(folder, level, note)?;
-    let findings = (study.answer)(&mut bench)?;
+    let bench = Bench::open(folder, level, note)?;
+    let findings = (study.answer)(&bench)?;
     let file = |part: &str, ending: &str| {
         let stem = if part.is_empty() {
             name.to_owned()

@@ -10,6 +10,7 @@ use crate::sim::{
 };
 use crate::solid::fan::{self, FanSettings};
 use crate::solid::{Shape, Solid, mesh_grid, wall_particles};
+use crate::sph::WallParticles;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -36,6 +37,8 @@ pub struct Tank {
     pub seed: u64,
     /// Simulated time [s].
     pub duration: Real,
+    /// Steps after which it ends at the latest.
+    pub most_steps: Option<u64>,
     /// Of the solvers, as [`crate::sim::SimSettings::tolerance`].
     pub tolerance: Real,
     /// Support radius, in spacings.
@@ -45,7 +48,7 @@ pub struct Tank {
 /// Viscosity of the liquid [Pa·s].
 pub const LIQUID: Real = 0.01;
 /// Density of the liquid and of the polymer [kg/m³].
-const DENSITIES: [Real; 2] = [940.0, 1180.0];
+pub const DENSITIES: [Real; 2] = [940.0, 1180.0];
 const RADIUS: Real = 0.02;
 const HEIGHT: Real = 0.04;
 const TURNS: Real = 5.0;
@@ -78,10 +81,38 @@ pub fn cfl_step(spacing: Real) -> Real {
     0.4 * spacing / tip_speed()
 }
 
+/// The fan: the same for all tanks of one spacing.
+pub struct Fan {
+    solid: Solid,
+    particles: WallParticles,
+}
+
+impl Fan {
+    /// For tanks of this spacing and support radius, in spacings.
+    pub fn new(spacing: Real, support_ratio: Real) -> Result<Self, StudyError> {
+        let mut mesh = fan::make(&FanSettings::default()).map_err(StudyError::Scene)?;
+        for x in &mut mesh.positions {
+            x.z += 0.003;
+        }
+        let solid = Solid {
+            shapes: Vec::new(),
+            grids: vec![mesh_grid(&mesh, 0.5 * spacing, 3.2 * spacing)],
+        };
+        let depth = (support_ratio - 0.4) * spacing;
+        let particles = wall_particles(&solid, &mesh.bounds().grown(spacing), spacing, depth);
+        Ok(Self { solid, particles })
+    }
+}
+
 impl Tank {
-    /// Runs to the end or to its collapse.
-    pub fn run(&self, name: &str) -> Result<Fate, StudyError> {
-        let mut simulation = self.place()?.start(name)?;
+    /// Its fan.
+    pub fn fan(&self) -> Result<Fan, StudyError> {
+        Fan::new(self.spacing, self.support_ratio)
+    }
+
+    /// Runs with its fan, until the time is over or the tank collapses, or for `most_steps`.
+    pub fn run(&self, name: &str, fan: &Fan) -> Result<Fate, StudyError> {
+        let mut simulation = self.place(fan).start(name)?;
         let begun = std::time::Instant::now();
         let reach = 2.0 * self.spacing;
         let outside =
@@ -95,7 +126,10 @@ impl Tank {
         let mut watch = Watch::new(&mut simulation, bounds);
         let mut segregation = vec![[0.0, intensity(&simulation)]];
         let mut collapse = None;
-        while simulation.time < self.duration && collapse.is_none() {
+        while simulation.time < self.duration
+            && collapse.is_none()
+            && self.most_steps.is_none_or(|most| simulation.steps < most)
+        {
             let next = segregation.len() as Real * 0.02;
             let end = next.min(self.duration);
             collapse = match simulation.step_towards(end) {
@@ -120,7 +154,7 @@ impl Tank {
         })
     }
 
-    fn place(&self) -> Result<Place, StudyError> {
+    fn place(&self, fan: &Fan) -> Place {
         let dx = self.spacing;
         let domain = Aabb {
             min: Vec3::new(-RADIUS, -RADIUS, 0.0),
@@ -185,16 +219,7 @@ impl Tank {
         };
         let depth = (s.support_ratio - 0.4) * dx;
         let walls = wall_particles(&tank, &domain.grown(s.support_ratio * dx), dx, depth);
-        let mut mesh = fan::make(&FanSettings::default()).map_err(StudyError::Scene)?;
-        for x in &mut mesh.positions {
-            x.z += 0.003;
-        }
-        let blades = Solid {
-            shapes: Vec::new(),
-            grids: vec![mesh_grid(&mesh, 0.5 * dx, 3.2 * dx)],
-        };
-        let particles = wall_particles(&blades, &mesh.bounds().grown(dx), dx, depth);
-        Ok(Place {
+        Place {
             settings: s,
             solid: tank,
             walls,
@@ -207,10 +232,10 @@ impl Tank {
                     },
                     ramp: RAMP,
                 },
-                solid: blades,
-                particles,
+                solid: fan.solid.clone(),
+                particles: fan.particles.clone(),
             }],
-        })
+        }
     }
 }
 
@@ -249,10 +274,12 @@ mod tests {
             step: Some(cfl_step(2e-3)),
             seed: 1,
             duration,
+            most_steps: None,
             tolerance: 1.0,
             support_ratio: SUPPORT,
         };
-        tank.run("tank").expect("a scene")
+        let fan = tank.fan().expect("a scene");
+        tank.run("tank", &fan).expect("a scene")
     }
 
     /// At a thousand times the liquid's viscosity and the step that a particle's motion allows.

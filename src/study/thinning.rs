@@ -19,7 +19,7 @@ const THINNING: [Real; 6] = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0];
 /// λ [s].
 const RELAXATION: Real = 0.5;
 
-fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+fn answer(bench: &Bench) -> Result<Findings, StudyError> {
     let per_decade = bench.level.pick(3, 10);
     let mut table = Table::new(&[
         "flow",

@@ -257,10 +257,11 @@ pub fn stirred(setting: &Setting, level: Level) -> Result<Mixed, StudyError> {
         step: Some(setting.cfl / 0.4 * cfl_step(spacing)),
         seed: 1,
         duration: level.pick(0.4, 1.0),
+        most_steps: None,
         tolerance: setting.tolerance,
         support_ratio: setting.support_ratio,
     };
-    let fate = tank.run(&setting.name())?;
+    let fate = tank.run(&setting.name(), &tank.fan()?)?;
     Ok(Mixed {
         segregation: fate.collapse.is_none().then_some(fate.segregation),
         seconds: fate.cost * fate.time,

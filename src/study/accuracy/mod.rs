@@ -35,7 +35,7 @@ const TARGETS: [Real; 3] = [0.05, 0.02, 0.01];
 /// A run and what it came to.
 type Run = (Setting, Outcome);
 
-fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+fn answer(bench: &Bench) -> Result<Findings, StudyError> {
     let mut runs = Table::new(&[
         "flow",
         "scheme",
@@ -127,7 +127,7 @@ fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
 }
 
 /// All runs of a variant in a flow.
-fn measured(bench: &mut Bench, flow: &Flow, variant: Variant) -> Result<Vec<Run>, StudyError> {
+fn measured(bench: &Bench, flow: &Flow, variant: Variant) -> Result<Vec<Run>, StudyError> {
     let level = bench.level;
     let across = (flow.across)(level);
     let steps: &[Real] = level.pick(&[0.8, 0.4, 0.1], &[0.8, 0.4, 0.2, 0.1, 0.05]);

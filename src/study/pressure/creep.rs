@@ -74,7 +74,7 @@ fn run(name: &str, step: Real) -> Result<Vec<Real>, StudyError> {
 }
 
 /// Largest difference of how far the drop has sunk, of all that it sinks; the courses as a table and a picture.
-pub fn answer(bench: &mut Bench) -> Result<(Real, Table, Plot), StudyError> {
+pub fn answer(bench: &Bench) -> Result<(Real, Table, Plot), StudyError> {
     let steps: &[Real] = bench.level.pick(&[1.0, 0.1], &[1.0, 0.1, 0.01]);
     let mut table = Table::new(&[
         "step [s]",

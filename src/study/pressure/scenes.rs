@@ -117,6 +117,8 @@ pub struct Pressed {
     pub step: Real,
     /// How far the inflow comes until the end, in spacings.
     pub travel: Real,
+    /// Seed of the start's jitter; 0: a lattice.
+    pub seed: u64,
 }
 
 /// As large as the CFL limit allows what comes in [s].
@@ -166,6 +168,8 @@ impl Pressed {
         };
         s.cement = self.cement();
         s.duration = self.duration();
+        s.seed = self.seed;
+        s.jitter = if self.seed == 0 { 0.0 } else { 0.1 };
         // Full to the walls: gaps there would take up all that flows in before anything comes out.
         s.bodies = vec![Body {
             saturated: true,

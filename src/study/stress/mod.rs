@@ -112,17 +112,15 @@ fn some(trials: Vec<Trial>, share: Real) -> Vec<Trial> {
     trials.into_iter().filter(|_| lot.unit() < share).collect()
 }
 
-fn answer(bench: &mut Bench) -> Result<Findings, StudyError> {
+fn answer(bench: &Bench) -> Result<Findings, StudyError> {
     let trials = match bench.level {
         Level::Quick => some(matrix(), 0.12),
         Level::Full => matrix(),
     };
-    let mut fates = Vec::new();
-    for trial in trials {
-        let name = trial.name();
-        let (fate, _) = bench.run(&name, &trial, || trial.run())?;
-        fates.push((trial, fate));
-    }
+    let fates = bench.side_by_side(&trials, |trial| {
+        let (fate, _) = bench.run(&trial.name(), trial, || trial.run())?;
+        Ok((*trial, fate))
+    })?;
     let table = table(&fates);
     let count = |of: &dyn Fn(&Trial, &Fate) -> bool| {
         fates.iter().filter(|(trial, fate)| of(trial, fate)).count()

@@ -21,7 +21,7 @@ const SUPPORTS: [Real; 3] = [2.0, 2.4, 3.0];
 /// Support ratio, fraction, C_d as printed, exact, C_d normalised, exact.
 type Row = (Real, Real, [Real; 4]);
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let (rows, seconds): (Vec<Row>, _) =
         bench.run("bonding", &(FRACTIONS, SUPPORTS), || Ok(lattices()))?;
     let worst = |k: usize| {

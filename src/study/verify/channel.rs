@@ -27,7 +27,7 @@ const SAMPLES: [Real; 4] = [0.1, 0.2, 0.5, 1.0];
 /// u [m/s] at y [m] at each sample.
 type Profiles = Vec<Vec<[Real; 2]>>;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![16, 32], vec![16, 32, 64]);
     let mut plot = Plot {
         title: "Start-up between plates, turned on the voxels".into(),

@@ -28,7 +28,7 @@ const GRAVITY: Real = 9.81;
 /// Heights [m] and pressures [Pa], heights of the top row [m], largest speed [m/s].
 type Rest = (Vec<[Real; 2]>, Real, Real);
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let end = bench.level.pick(1.0, 10.0);
     // In a narrow one the lattice of the walls carries, or presses on, more than a hundredth of the weight.
     let width = bench.level.pick(6.0, 12.0);

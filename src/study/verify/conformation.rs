@@ -27,7 +27,7 @@ const FLUIDS: [(Real, Real); 10] = [
 ];
 const RATES: [Real; 6] = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let settings = ("conformation", FLUIDS, RATES);
     let (results, seconds) = bench.run("conformation", &settings, || {
         Ok((

@@ -24,7 +24,7 @@ const FLUID: Fluid = Fluid {
 /// ν t/H² of the samples.
 const SAMPLES: [Real; 4] = [0.05, 0.1, 0.2, 0.5];
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![16, 32], vec![16, 32, 64]);
     let mut plot = Plot {
         title: "Start-up under a moving plate".into(),

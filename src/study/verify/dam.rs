@@ -27,7 +27,7 @@ const RELEASED: Real = 1.0;
 /// Rows across the slab.
 const WIDTH: usize = 6;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![12], vec![12, 18, 24]);
     let samples = bench.level.pick(10, 15);
     let measured = &DAM_FRONT[..samples];

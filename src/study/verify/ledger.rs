@@ -28,7 +28,7 @@ const MODES: [(&str, Scheme, StressStep); 4] = [
 /// Errors of volume, of the sum of fractions and of momentum at each look, relative.
 type Books = Vec<[Real; 3]>;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let steps = bench.level.pick(100, 5000);
     let mut plot = Plot {
         title: "Drift of the ledger in a stirred box".into(),

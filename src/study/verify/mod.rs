@@ -21,7 +21,7 @@ mod waves;
 
 pub use figure::{Figure, Goal};
 
-use super::{Bench, Level, StudyError};
+use super::{Bench, Level, StudyError, Voice};
 use crate::cache;
 use crate::report::{Cell, Plot, Table};
 use record::Record;
@@ -35,7 +35,7 @@ pub struct Case {
     /// What it measures, in a line.
     pub about: &'static str,
     /// Measures.
-    measure: fn(&mut Bench) -> Result<Measured, StudyError>,
+    measure: fn(&Bench) -> Result<Measured, StudyError>,
 }
 
 /// What a case measured.
@@ -80,7 +80,7 @@ pub fn run(
     names: &[String],
     level: Level,
     folder: &Path,
-    note: &mut dyn FnMut(&str),
+    note: &mut Voice,
 ) -> Result<Verdict, StudyError> {
     let mut cases = Vec::new();
     for name in names {
@@ -94,7 +94,7 @@ pub fn run(
     }
     let record = Record::of_the_project();
     let mut reached = Record::default();
-    let mut bench = Bench::open(folder, level, note)?;
+    let bench = Bench::open(folder, level, note)?;
     let mut table = Table::new(&[
         "case",
         "figure",
@@ -108,7 +108,7 @@ pub fn run(
     let mut worse = Vec::new();
     for case in cases {
         bench.note(&format!("{} …", case.name));
-        let measured = match (case.measure)(&mut bench) {
+        let measured = match (case.measure)(&bench) {
             Ok(measured) => measured,
             Err(StudyError::Run { run, source }) => {
                 worse.push(format!("{}: {run}: {source}", case.name));

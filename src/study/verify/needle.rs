@@ -26,7 +26,7 @@ const FLUID: Fluid = Fluid {
 /// ν t/R² at the end: e^{−5.78 · 1.5} of the start is left.
 const END: Real = 1.5;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![10, 20], vec![10, 20, 40]);
     let mut plot = Plot {
         title: "Flow in a needle".into(),

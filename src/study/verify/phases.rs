@@ -21,7 +21,7 @@ const LENGTH: Real = 0.02;
 /// √(4 D t) [m] at the end.
 const SPREAD: Real = 0.1 * LENGTH;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![32, 64], vec![32, 64, 128]);
     let mut plot = Plot {
         title: "Two layers diffuse into each other".into(),

@@ -16,7 +16,7 @@ pub(super) const CASE: Case = Case {
 const RELAXATION: Real = 0.5;
 const THINNING: Real = 0.5;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let rates = bench.level.pick(
         vec![0.1, 1.0, 10.0],
         vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],

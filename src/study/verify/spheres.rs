@@ -31,7 +31,7 @@ const UNSETTLED: Real = 1e-3;
 /// Fewest steps, each L²/(4π² ν).
 const STEPS: u32 = 18;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![12, 16], vec![16, 24, 32]);
     let fractions = bench.level.pick(1..2, 0..3);
     let mut plot = Plot {

@@ -20,7 +20,7 @@ const VISCOSITY: Real = 10.0;
 /// Steps by the explicit viscous limit 0.12 ρ dx²/η; the first is explicit, the others are coupled.
 const STEPS: [Real; 5] = [1.0, 5.0, 20.0, 50.0, 1000.0];
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let across = bench.level.pick(12, 24);
     let mut plot = Plot {
         title: "Flow rate against time step".into(),

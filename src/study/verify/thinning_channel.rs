@@ -26,7 +26,7 @@ const FLUID: Thinning = Thinning {
 /// The steady flow does not depend on ρ [kg/m³]; with this the start is over within λ.
 const DENSITY: Real = 0.1;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![14, 28], vec![12, 24, 48]);
     let exact = giesekus_channel(&FLUID, FORCE, HALF, 401);
     let at = |y: Real| {

@@ -28,7 +28,7 @@ const SAMPLES: u32 = 20;
 /// What a run leaves: time in λ and velocity in the middle in SPEED; and the relative L2 error over space and time.
 type Swing = (Vec<[Real; 2]>, Real);
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     // Spacings across, and steps a relaxation time.
     let sizes = bench
         .level

@@ -24,7 +24,7 @@ pub(super) const CASE: Case = Case {
 const LENGTH: Real = 0.05;
 const DENSITY: Real = 1000.0;
 
-fn measure(bench: &mut Bench) -> Result<Measured, StudyError> {
+fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let sizes = bench.level.pick(vec![32, 64], vec![32, 64, 128]);
     let vortices = bench.level.pick(vec![16, 32], vec![32, 64, 96]);
     let mut plot = Plot {
