@@ -59,7 +59,10 @@ pub(super) fn draw(
             size: 1.35 * pen.size,
             ..pen
         };
-        large.write(image, label, 2.0 * pen.size, 3.2 * pen.size);
+        let (x, y) = (2.0 * pen.size, 3.2 * pen.size);
+        let bounds = [x, y - large.size, x + large.width(label), y];
+        lay_plate(image, &large, bounds);
+        large.write(image, label, x, y);
     }
     if let Some(legend) = &lettering.legend {
         draw_legend(image, legend, &pen);
@@ -78,12 +81,24 @@ fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
         height - long - 2.0 * pen.size,
     );
     let (ticks, digits) = ticks(legend);
-    for value in ticks {
-        let y = top + long * (1.0 - legend.place(value));
-        // Adding 0 turns −0 into 0.
-        let text = format!("{:.digits$}", value + 0.0);
-        let x = left - 0.9 * pen.size - pen.width(&text);
-        pen.write(image, &text, x, y + 0.5 * pen.size);
+    // Adding 0 turns −0 into 0.
+    let ticks = ticks
+        .into_iter()
+        .map(|value| (format!("{:.digits$}", value + 0.0), legend.place(value)));
+    let ticks: Vec<(String, Real)> = ticks.collect();
+    let widest = ticks.iter().map(|(text, _)| pen.width(text));
+    let side = left - 0.9 * pen.size - widest.fold(0.0, Real::max);
+    let title = [
+        width - 1.7 * pen.size - pen.width(&legend.title),
+        top - 1.4 * pen.size,
+    ];
+    let above = [title[0], title[1] - pen.size, left + thick, title[1]];
+    lay_plate(image, pen, above);
+    lay_plate(image, pen, [side, top, left + thick, top + long]);
+    for (text, place) in &ticks {
+        let y = top + long * (1.0 - place);
+        let x = left - 0.9 * pen.size - pen.width(text);
+        pen.write(image, text, x, y + 0.5 * pen.size);
         pen.stroke(image, &[vec![[left - 0.45 * pen.size, y], [left, y]]]);
     }
 
@@ -97,8 +112,37 @@ fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
         }
     }
 
-    let x = width - 1.7 * pen.size - pen.width(&legend.title);
-    pen.write(image, &legend.title, x, top - 1.4 * pen.size);
+    pen.write(image, &legend.title, title[0], title[1]);
+}
+
+/// Opacity of a plate, and how far it fades out, in sizes of the pen.
+const PLATE: Real = 0.6;
+const FADE: Real = 1.2;
+
+/// Lays a plate of the halo's colour under what is to stand between left, top, right and bottom [pixels]: bone full of pores
+/// is as restless as letters are.
+fn lay_plate(image: &mut RgbImage, pen: &Pen, [left, top, right, bottom]: [Real; 4]) {
+    let reach = FADE * pen.size;
+    let pixels = |from: Real, to: Real, end: u32| {
+        let [from, to] = [from - reach, to + reach].map(|v| v.clamp(0.0, Real::from(end)) as u32);
+        from..to
+    };
+    for row in pixels(top, bottom, image.height()) {
+        for column in pixels(left, right, image.width()) {
+            let (x, y) = (Real::from(column) + 0.5, Real::from(row) + 0.5);
+            let beside = (left - x).max(x - right).max(0.0);
+            let beyond = (top - y).max(y - bottom).max(0.0);
+            let outside = (beside * beside + beyond * beyond).sqrt();
+            let share = (1.0 - outside / reach).max(0.0);
+            blend(
+                image,
+                column,
+                row,
+                pen.halo,
+                PLATE * share * share * (3.0 - 2.0 * share),
+            );
+        }
+    }
 }
 
 /// At the bottom left; true for what is as far away as the target.
@@ -116,9 +160,11 @@ fn draw_scale_bar(image: &mut RgbImage, view: &View, pen: &Pen) {
         vec![[left, y - end], [left, y + end]],
         vec![[right, y - end], [right, y + end]],
     ];
+    let x = (0.5 * (left + right - pen.width(&text))).max(left);
+    let widest = right.max(x + pen.width(&text));
+    lay_plate(image, pen, [left, y - 2.1 * pen.size, widest, y + end]);
     pen.stroke(image, &bar);
-    let x = 0.5 * (left + right - pen.width(&text));
-    pen.write(image, &text, x.max(left), y - 1.1 * pen.size);
+    pen.write(image, &text, x, y - 1.1 * pen.size);
 }
 
 /// The largest 1, 2 or 5 times a power of ten that is not above `limit`, and the power.

@@ -30,11 +30,12 @@ const SPREAD: Real = 0.1;
 /// nothing but viscosity resists they overshoot once p dt/η is beyond about 4, and the flow rings from step to step (in an
 /// 11G cannula by a third of its pressure). With 0.25 a run through an array of struts crawls: 60 times its time and no end.
 const PACKING: Real = 0.5;
-/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: with 0.5, 0.4, 0.3, 0.25 that of an
-/// array of struts is 1.2, 1.0, 0.7, 0.3 % higher at the CFL step than at 0.3 of it, of a viscoelastic needle 1.3, 1.2, 1.1,
-/// 0.9 %, of a Newtonian one 0.3 % (means of three starts, each good to 0.1 to 0.3 %). But the vertebra, with no step back at
-/// 0.5, has 52 and 66 and takes 1.13 and 1.18 times the iterations at 0.3 and 0.25. Counting the lag from v + dt L v in place
-/// of v, and moving particles along bent paths (v + dt L v/2), change these by 0.2 to 0.4 %: neither was kept.
+/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: that of an array of struts is 1.2 and
+/// 1.1 % higher at the CFL step than at 0.3 and 0.1 of it, of a viscoelastic needle 1.3 and 1.7 %, of a Newtonian one 0.3 and
+/// 0.4 % (means of three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3, 0.25 those against 0.3 of the step are 1.0, 0.7,
+/// 0.3 % and 1.2, 1.1, 0.9 %; but the vertebra, with no step back at 0.5, has 52 and 66 at 0.3 and 0.25 and takes 1.13 and 1.18
+/// times the iterations. Counting the lag from v + dt L v in place of v, and moving particles along bent paths (v + dt L v/2),
+/// change these by 0.2 to 0.4 %: neither was kept.
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the

@@ -28,6 +28,7 @@ pub(super) fn meet(cells: &Cells, kernel: &Kernel, x: &Vec3, visit: impl FnMut(M
 
 const LANES: usize = 8;
 
+/// Wide work of its own: as the closure of a method of `Cells` that is wide it takes a step 4 % longer.
 struct Meeting<'a, F> {
     cells: &'a Cells,
     kernel: &'a Kernel,
