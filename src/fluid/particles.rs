@@ -28,14 +28,14 @@ impl FluidParticles {
         self.position.len()
     }
 
-    /// What one of the solves found last [Pa]: 0 that of constant volume, 1 that of the divergence.
-    pub fn multiplier(&self, solve: usize) -> Vec<Real> {
-        self.pressure.iter().map(|k| k[solve]).collect()
-    }
-
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
+    }
+
+    /// What one of the solves found last [Pa]: 0 that of constant volume, 1 that of the divergence.
+    pub fn multiplier(&self, solve: usize) -> Vec<Real> {
+        self.pressure.iter().map(|k| k[solve]).collect()
     }
 
     /// Adds a relaxed particle.

@@ -80,12 +80,11 @@ fn draw_legend(image: &mut RgbImage, legend: &Legend, pen: &Pen) {
         width - 2.0 * pen.size - thick,
         height - long - 2.0 * pen.size,
     );
-    let (ticks, digits) = ticks(legend);
+    let (values, digits) = ticks(legend);
     // Adding 0 turns −0 into 0.
-    let ticks = ticks
-        .into_iter()
-        .map(|value| (format!("{:.digits$}", value + 0.0), legend.place(value)));
-    let ticks: Vec<(String, Real)> = ticks.collect();
+    let ticks: Vec<(String, Real)> = (values.into_iter())
+        .map(|value| (format!("{:.digits$}", value + 0.0), legend.place(value)))
+        .collect();
     let widest = ticks.iter().map(|(text, _)| pen.width(text));
     let side = left - 0.9 * pen.size - widest.fold(0.0, Real::max);
     let title = [

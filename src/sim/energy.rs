@@ -14,7 +14,7 @@ use super::stepper::Stepper;
 use crate::fluid::{Cement, FluidParticles, conformation, mixture, stress};
 use crate::math::{Mat3, Real, Sym3, Vec3, ordered_sum};
 use crate::sph::PressureOperator;
-use crate::sph::operators::{Mean, stress_force, viscous_force};
+use crate::sph::operators::{Mean, viscous_force};
 use crate::sph::power;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -256,9 +256,9 @@ impl Stepper<'_> {
                         + stress::of_conformation(modulus, &fluid.conformation(i)) * weight
                 })
                 .collect();
-            elastic = stress_force(near, &tau);
             stretched = dt * power::of_stress(near, &tau);
             sampled = dt * volume * ordered_sum(n, |i| power_of(&tau[i], &self.gradient[i]));
+            elastic = self.force_of_stress(tau);
             let sums: Vec<[Real; 2]> = (0..n)
                 .into_par_iter()
                 .with_min_len(128)

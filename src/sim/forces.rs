@@ -3,9 +3,11 @@
 use super::settings::{ElasticWaves, Scheme, StressStep};
 use super::stepper::Stepper;
 use crate::fluid::{conformation, mixture, stress};
-use crate::math::{Mat3, Real, Sym3, Vec3};
+use crate::math::{Mat3, Real, Sym3, Vec3, ordered_sums};
 use crate::sph::PressureOperator;
-use crate::sph::operators::{Mean, stress_force, viscous_force, wall_friction};
+use crate::sph::operators::{
+    Mean, stress_force, stress_force_of_differences, viscous_force, wall_friction,
+};
 use rayon::prelude::*;
 
 impl Stepper<'_> {
@@ -92,7 +94,7 @@ impl Stepper<'_> {
                     - self.gradient[i] * stabiliser[i]
             })
             .collect();
-        let elastic = stress_force(self.near, &tau);
+        let elastic = self.force_of_stress(tau);
         let viscosity: Vec<Real> = stabiliser
             .iter()
             .map(|s| s + cement.liquid.viscosity)
@@ -106,6 +108,33 @@ impl Stepper<'_> {
         );
         let force: Vec<Vec3> = elastic.iter().zip(&viscous).map(|(a, b)| a + b).collect();
         self.push(&force, &viscosity);
+    }
+
+    /// Force of a stress [Pa] on each particle [N], without what a uniform stress does to an uneven packing.
+    ///
+    /// A uniform stress has no force, but in pairs that are equal and opposite it has one that no refinement lessens, and
+    /// that spoils the packing further: where little thinning lets N₁ grow to 17 times the shear stress (γ λ = 0.125,
+    /// 100/s), the shear stress of a cell is 28 % too high with it (27 % at 16 across), and 0.1 % off without. In a closed
+    /// body the mean is taken off, and pairs stay as they are. At a free surface a uniform stress pulls, so in an open body
+    /// that touches walls (one that does not has its momentum to keep) particles with neighbours all round feel differences
+    /// of the stress alone: the pressure of a viscoelastic needle then changes by 0.6 % over steps x 10, with it by 1.7 %.
+    pub(super) fn force_of_stress(&self, mut stress: Vec<Mat3>) -> Vec<Vec3> {
+        if !self.closed {
+            let walled = self.near.wall.entries() > 0;
+            let force = if walled {
+                stress_force_of_differences
+            } else {
+                stress_force
+            };
+            return force(self.near, &stress);
+        }
+        let n = stress.len();
+        let sum = ordered_sums(n, |i| std::array::from_fn::<Real, 9, _>(|k| stress[i][k]));
+        let mean = Mat3::from_column_slice(&sum) / n as Real;
+        for tau in &mut stress {
+            *tau -= mean;
+        }
+        stress_force(self.near, &stress)
     }
 
     /// U^{n+1} (Eq. 12) with the current gradient.
@@ -183,8 +212,7 @@ impl Stepper<'_> {
                 (tau, stabiliser, implicit - stabiliser)
             })
             .collect();
-        let tau: Vec<Mat3> = terms.iter().map(|t| t.0).collect();
-        let force = stress_force(self.near, &tau);
+        let force = self.force_of_stress(terms.iter().map(|t| t.0).collect());
         let solvent = cement.liquid.viscosity;
         let viscosity: Vec<Real> = terms.iter().map(|t| t.1 + solvent).collect();
         let lag: Vec<Real> = terms.iter().map(|t| t.2).collect();

@@ -22,6 +22,8 @@ const COUPLED_TOLERANCE: Real = 1e-3;
 /// the same: with 0.02, 0.01, 0.005 a viscous wave is 0.95, 0.69, 0.62 % off at 64 spacings (order 1.4, 1.8, 1.9), and the
 /// vertebra takes 21.8, 24.6, 29.8 iterations a step.
 const REDUCTION: Real = 0.01;
+/// Spacings a step that count as rest: where forces are rounding errors, no solver reaches a goal of 0.
+const STILL: Real = 1e-6;
 /// Share of the inflow that a solve may leave unbalanced.
 const BALANCE: Real = 0.01;
 /// The same, summed over the cells of the solver's coarse level, each by itself.
@@ -30,11 +32,10 @@ const SPREAD: Real = 0.1;
 /// nothing but viscosity resists they overshoot once p dt/η is beyond about 4, and the flow rings from step to step (in an
 /// 11G cannula by a third of its pressure). With 0.25 a run through an array of struts crawls: 60 times its time and no end.
 const PACKING: Real = 0.5;
-/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: that of an array of struts is 1.2 and
-/// 1.1 % higher at the CFL step than at 0.3 and 0.1 of it, of a viscoelastic needle 1.3 and 1.7 %, of a Newtonian one 0.3 and
-/// 0.4 % (means of three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3, 0.25 those against 0.3 of the step are 1.0, 0.7,
-/// 0.3 % and 1.2, 1.1, 0.9 %; but the vertebra, with no step back at 0.5, has 52 and 66 at 0.3 and 0.25 and takes 1.13 and 1.18
-/// times the iterations. Counting the lag from v + dt L v in place of v, and moving particles along bent paths (v + dt L v/2),
+/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: an array's is 1.2 and 1.1 % higher at
+/// the CFL step than at 0.3 and 0.1 of it, a viscoelastic needle's 0.5 and 0.6 %, a Newtonian one's 0.3 and 0.4 % (means of
+/// three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3, 0.25 the array's is 1.0, 0.7, 0.3 %; but the vertebra then has 52
+/// and 66 steps back and takes 1.13 and 1.18 times the iterations. Lag counted from v + dt L v, and paths bent (v + dt L v/2),
 /// change these by 0.2 to 0.4 %: neither was kept.
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
@@ -47,6 +48,10 @@ const MOST_SWEEPS: usize = 600;
 /// and the vertebra takes 14 % fewer iterations and no step back; with 1.6 and 4 the gradient of a pipe eight across is 5 and
 /// 9 % low (0.4 and 0.8: right to within its noise of 3 %).
 const CORRECTION: Real = 0.8;
+/// Of that time, what a split solve takes in an open body: a fifth of the CFL step, so only smaller ones know of it. Undone
+/// within such a step, a stirred tank's start flew apart below a hundredth of the CFL step, and pressure mixed what the flow
+/// did not: 0.45, 0.42, 0.28 were left of its segregation at 1, 1/4, 1/16 of the CFL step, now 0.45, 0.46, 0.42.
+const SPLIT_SHARE: Real = 0.1;
 /// Share of the way to the fastest particle that the pace makes in the time in which compression is undone. With 1 a body
 /// that is over-full by ten times what its flow undoes would still be flung apart, with 0.25 it swells a few times as fast
 /// as it flows.
@@ -301,11 +306,8 @@ impl Stepper<'_> {
         let rate = operator.volume_rate_with_walls(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
-                let correction = if self.closed {
-                    self.correction_time()
-                } else {
-                    0.0
-                };
+                let share = if self.closed { 1.0 } else { SPLIT_SHARE };
+                let correction = share * self.correction_time();
                 let excess = self.correction_rate(&operator, correction);
                 (
                     0,
@@ -369,23 +371,21 @@ impl Stepper<'_> {
         let operator = PressureOperator { near: self.near };
         let closed = self.closed;
         let excess = self.correction_rate(&operator, self.correction_time());
-        let start: Vec<Vec3> = self
-            .mix
-            .velocity
-            .iter()
-            .map(|v| v + self.settings.gravity * dt)
-            .collect();
+        let velocity = self.mix.velocity.iter();
+        let start: Vec<Vec3> = velocity.map(|v| v + self.settings.gravity * dt).collect();
         for i in 0..n {
             force[i] += start[i] * (self.mix.mass[i] / dt);
         }
         let u_ref = self.reference_speed();
         let tolerance = COUPLED_TOLERANCE * self.settings.tolerance;
-        let strain_rate = tolerance * u_ref / self.settings.spacing;
+        let dx = self.settings.spacing;
+        let strain_rate = tolerance * u_ref / dx;
+        let least = (self.settings.gravity.norm() * dt).max(STILL * dx / dt);
         let goal = CoupledGoal {
             strain_rate,
             balance: self.balance_goal(strain_rate),
             spread: self.spread_goal(),
-            velocity: tolerance * self.fastest().max(self.settings.gravity.norm() * dt),
+            velocity: tolerance * self.fastest().max(least),
             reduction: REDUCTION * self.settings.tolerance,
         };
         let mut velocity = self.mix.velocity.clone();

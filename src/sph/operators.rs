@@ -36,24 +36,39 @@ pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
 /// f_i = V_i Σ_j V_j (τ_i + τ_j) ∇W_ij, at walls τ_b = τ_i; gradients divided by the local trace, which is the
 /// lattice constant of the kernel on a lattice (Eq. 14 in volume form, with the missing m_j).
 pub fn stress_force(near: &Neighbourhood, stress: &[Mat3]) -> Vec<Vec3> {
-    let volume = near.rest_volume;
+    let force = |i: usize| force_of_pairs(near, stress, i, true);
+    per_particle(near, force)
+}
+
+/// The same with τ_j − τ_i, of which a uniform stress is exactly without force: for particles that have neighbours all
+/// round. It is not equal and opposite, so it does not keep momentum.
+pub fn stress_force_of_differences(near: &Neighbourhood, stress: &[Mat3]) -> Vec<Vec3> {
+    let force = |i: usize| force_of_pairs(near, stress, i, near.one_sided(i));
+    per_particle(near, force)
+}
+
+fn per_particle(near: &Neighbourhood, force: impl Fn(usize) -> Vec3 + Send + Sync) -> Vec<Vec3> {
     (0..near.len())
         .into_par_iter()
         .with_min_len(GRAIN)
-        .map(|i| {
-            let (tau_i, m_i) = (stress[i], near.trace[i]);
-            let mut force = Vec3::zeros();
-            for pair in near.fluid.row(i) {
-                let j = pair.j as usize;
-                force +=
-                    (tau_i + stress[j]) * vector(pair.gradient) * (2.0 / (m_i + near.trace[j]));
-            }
-            for pair in near.wall.row(i) {
-                force += tau_i * vector(pair.gradient) * (2.0 / m_i);
-            }
-            force * volume
-        })
+        .map(force)
         .collect()
+}
+
+#[inline(always)]
+fn force_of_pairs(near: &Neighbourhood, stress: &[Mat3], i: usize, summed: bool) -> Vec3 {
+    let (own, m_i) = (stress[i] * if summed { 1.0 } else { -1.0 }, near.trace[i]);
+    let mut force = Vec3::zeros();
+    for pair in near.fluid.row(i) {
+        let j = pair.j as usize;
+        force += (own + stress[j]) * vector(pair.gradient) * (2.0 / (m_i + near.trace[j]));
+    }
+    if summed {
+        for pair in near.wall.row(i) {
+            force += own * vector(pair.gradient) * (2.0 / m_i);
+        }
+    }
+    force * near.rest_volume
 }
 
 /// c_ij of the compact Laplacian Σ_j c_ij (A_j − A_i) [1/m²]: Brookshaw's form, divided by the local trace.

@@ -79,7 +79,7 @@ struct Question {
 impl Question {
     /// Finds the largest step for every seed; the first one's is the next one's guess.
     fn answer(&self, bench: &Bench, fan: &Fan) -> Result<Vec<Found>, StudyError> {
-        let (name, scheme, stress, relaxation_time) = self.scheme;
+        let (_, scheme, stress, relaxation_time) = self.scheme;
         let viscosity = self.viscosity;
         let seeds: &[(u64, &[Real])] = bench.level.pick(
             &[(1, &[0.5, 0.7])],
@@ -116,7 +116,7 @@ impl Question {
                     tolerance: 1.0,
                     support_ratio: SUPPORT,
                 };
-                let run = format!("{name}-{viscosity}-{seed}-{share:.5}").replace([' ', ','], "_");
+                let run = format!("{}-{seed}-{share:.5}", self.name());
                 let (fate, _) = bench.run(&run, &tank, || tank.run(&run, fan))?;
                 let passed = fate.collapse.is_none();
                 let off = match scheme {
@@ -137,9 +137,14 @@ impl Question {
         Ok(found)
     }
 
+    /// Its part of the names of runs.
+    fn name(&self) -> String {
+        format!("{}-{}", self.scheme.0, self.viscosity).replace([' ', ','], "_")
+    }
+
     /// How far off the Newtonian answer a wave in the polymer is at this step.
     fn off(&self, bench: &Bench, share: Real) -> Result<Option<Real>, StudyError> {
-        let (name, scheme, stress, relaxation_time) = self.scheme;
+        let (_, scheme, stress, relaxation_time) = self.scheme;
         let viscosity = self.viscosity;
         let wave = Wave {
             scheme,
@@ -154,7 +159,7 @@ impl Question {
             speed: tip_speed(),
             longest: bench.level.pick(0.1, 0.4),
         };
-        let run = format!("wave-{name}-{viscosity}-{share:.5}").replace([' ', ','], "_");
+        let run = format!("wave-{}-{share:.5}", self.name());
         let (off, _) = bench.run(&run, &wave, || wave.error(&run))?;
         Ok(off)
     }

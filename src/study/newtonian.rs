@@ -2,12 +2,9 @@
 //! as e^{−ν k² t} there, and here as the scheme lets it, at its step.
 
 use super::StudyError;
-use super::scenes::{body, boxed, settings, viscoelastic};
-use crate::fluid::PerPhase;
+use super::scenes::{body, boxed, flowing, settings, viscoelastic};
 use crate::math::{Real, Vec3, ordered_sum};
-use crate::sim::{BodyShape, Scheme, Simulation, StressStep, TimeStep};
-use crate::solid::Solid;
-use crate::sph::WallParticles;
+use crate::sim::{BodyShape, Scheme, StressStep, TimeStep};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -20,9 +17,9 @@ pub struct Wave {
     pub stress: StressStep,
     /// ρ [kg/m³].
     pub density: Real,
-    /// Viscosities of solvent and polymer [Pa·s]; the solvent has none of its own without a memory.
+    /// Viscosity of the solvent [Pa·s]; none of its own without a memory.
     pub solvent: Real,
-    /// As above.
+    /// Viscosity of the polymer [Pa·s].
     pub polymer: Real,
     /// λ [s].
     pub relaxation_time: Real,
@@ -61,17 +58,9 @@ impl Wave {
             self.relaxation_time,
             self.thinning,
         );
-        let mut simulation = Simulation::new(s, Solid::default(), WallParticles::default())
-            .map_err(StudyError::run(name))?;
         let wavenumber = TAU / (LENGTH * dx);
         let shape = |x: &Vec3| libm::cos(wavenumber * x.y);
-        for (v, x) in (simulation.fluid.phase_velocity.iter_mut()).zip(&simulation.fluid.position) {
-            let along = Vec3::x() * (self.speed * shape(x));
-            *v = PerPhase {
-                liquid: along,
-                polymer: along,
-            };
-        }
+        let mut simulation = flowing(name, s, |x| Vec3::x() * (self.speed * shape(x)))?;
         let viscosity = match self.scheme {
             Scheme::ImmCt => self.solvent + self.polymer,
             Scheme::Dfsph | Scheme::Imm => self.polymer,

@@ -1,7 +1,7 @@
 //! Small scenes that cases and studies share: fluids, boxes, plates and pipes at any place on the voxels.
 
 use super::StudyError;
-use crate::fluid::{Cement, PhaseMaterial};
+use crate::fluid::{Cement, PerPhase, PhaseMaterial};
 use crate::math::{Aabb, Mat3, Real, Stream, Vec3, lattice};
 use crate::sim::{
     Body, BodyShape, ElasticWaves, Motion, MovingSolid, Path, Scheme, SimSettings, Simulation,
@@ -137,6 +137,25 @@ impl Place {
         Simulation::with_movers(self.settings, self.solid, self.walls, self.moving)
             .map_err(StudyError::run(name))
     }
+}
+
+/// A run without walls whose fluid starts with `velocity` [m/s] of each place [m].
+pub fn flowing(
+    name: &str,
+    settings: SimSettings,
+    velocity: impl Fn(&Vec3) -> Vec3,
+) -> Result<Simulation, StudyError> {
+    let mut simulation = Simulation::new(settings, Solid::default(), WallParticles::default())
+        .map_err(StudyError::run(name))?;
+    let fluid = &mut simulation.fluid;
+    for (x, phases) in fluid.position.iter().zip(&mut fluid.phase_velocity) {
+        let v = velocity(x);
+        *phases = PerPhase {
+            liquid: v,
+            polymer: v,
+        };
+    }
+    Ok(simulation)
 }
 
 /// How the voxels that walls are made of lie to the walls.

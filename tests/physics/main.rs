@@ -11,4 +11,5 @@ mod movers;
 mod needle;
 mod room;
 mod scenes;
+mod stretched;
 mod waves;

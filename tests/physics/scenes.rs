@@ -5,7 +5,7 @@ use osteoflow::sim::Simulation;
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
 
-pub use osteoflow::study::scenes::{newtonian, settings};
+pub use osteoflow::study::scenes::{flowing, newtonian, settings};
 
 /// Wall particles on a lattice with a node at `origin` + half a spacing, `depth` deep.
 pub fn walls(

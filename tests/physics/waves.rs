@@ -1,13 +1,9 @@
 //! Shear waves in a periodic box: no walls, exact for Newtonian and Oldroyd-B fluids.
 
-use crate::scenes::{newtonian, run, settings};
-use osteoflow::fluid::{Cement, PerPhase, PhaseMaterial};
+use crate::scenes::{flowing, newtonian, run, settings};
+use osteoflow::fluid::{Cement, PhaseMaterial};
 use osteoflow::math::{Aabb, Vec3};
-use osteoflow::sim::{
-    Body, BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, StressStep, TimeStep,
-};
-use osteoflow::solid::Solid;
-use osteoflow::sph::WallParticles;
+use osteoflow::sim::{Body, BodyShape, ElasticWaves, Scheme, SimSettings, StressStep, TimeStep};
 
 fn periodic(n: f64, wavelength: f64) -> SimSettings {
     let dx = wavelength / n;
@@ -29,16 +25,9 @@ fn periodic(n: f64, wavelength: f64) -> SimSettings {
 /// Starts u_x = U cos(qy), runs to `end`, and projects the velocity back on the wave.
 fn amplitude(s: SimSettings, end: f64) -> f64 {
     let q = std::f64::consts::TAU / s.domain.max.y;
-    let mut simulation = Simulation::new(s, Solid::default(), WallParticles::default()).unwrap();
     let speed = 0.01;
-    for i in 0..simulation.fluid.len() {
-        let v = Vec3::new(speed * (q * simulation.fluid.position[i].y).cos(), 0.0, 0.0);
-        simulation.fluid.phase_velocity[i] = PerPhase {
-            liquid: v,
-            polymer: v,
-        };
-    }
-    let simulation = run(simulation, end);
+    let start = flowing("wave", s, |x| Vec3::x() * speed * (q * x.y).cos()).unwrap();
+    let simulation = run(start, end);
     let velocity = simulation.velocity();
     let (mut sum, mut weight) = (0.0, 0.0);
     for (x, v) in simulation.fluid.position.iter().zip(&velocity) {

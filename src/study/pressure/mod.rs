@@ -159,27 +159,15 @@ impl Readings {
     }
 }
 
-/// What is asked of vessels with pores.
-#[derive(Clone, Copy)]
-struct Question {
-    vessel: Vessel,
-    viscosity: Real,
-    relaxation_time: Real,
-    step: Real,
-}
-
-impl Question {
-    fn pressed(&self, seed: u64) -> Pressed {
-        Pressed {
-            vessel: self.vessel,
-            viscosity: self.viscosity,
-            relaxation_time: self.relaxation_time,
-            step: self.step,
-            travel: 24.0,
-            seed,
-        }
-    }
-}
+/// A run of the study, but for what differs.
+const RUN: Pressed = Pressed {
+    vessel: Vessel::Pores,
+    viscosity: 4.4,
+    relaxation_time: 0.0,
+    step: 1.0,
+    travel: 24.0,
+    seed: 0,
+};
 
 /// Answers to questions, each the mean over several starts.
 struct Answers {
@@ -189,11 +177,11 @@ struct Answers {
     doubt: Real,
 }
 
-fn ask(bench: &Bench, table: &mut Readings, questions: &[Question]) -> Result<Answers, StudyError> {
+fn ask(bench: &Bench, table: &mut Readings, questions: &[Pressed]) -> Result<Answers, StudyError> {
     let seeds: &[u64] = bench.level.pick(&[1, 2], &[1, 2, 3]);
     let runs: Vec<Pressed> = questions
         .iter()
-        .flat_map(|question| seeds.iter().map(|&seed| question.pressed(seed)))
+        .flat_map(|question| seeds.iter().map(|&seed| Pressed { seed, ..*question }))
         .collect();
     let readings = bench.side_by_side(&runs, |pressed| pressed.read(bench))?;
     for (pressed, reading) in runs.iter().zip(&readings) {
@@ -236,10 +224,7 @@ fn answer(bench: &Bench) -> Result<Findings, StudyError> {
             let pressed = Pressed {
                 vessel: Vessel::Pipe { radius: 4.0, depth },
                 viscosity,
-                relaxation_time: 0.0,
-                step: 1.0,
-                travel: 24.0,
-                seed: 0,
+                ..RUN
             };
             let reading = pressed.read(bench)?;
             table.add(&pressed, &reading);
@@ -272,13 +257,14 @@ fn answer(bench: &Bench) -> Result<Findings, StudyError> {
     let mut doubt: Real = 0.0;
     for vessel in [Vessel::Pores, Vessel::Array] {
         for (viscosity, relaxation_time) in [(4.4, 0.0), (8.0, 0.05)] {
-            let questions: Vec<Question> = steps
+            let questions: Vec<Pressed> = steps
                 .iter()
-                .map(|&step| Question {
+                .map(|&step| Pressed {
                     vessel,
                     viscosity,
                     relaxation_time,
                     step,
+                    ..RUN
                 })
                 .collect();
             let answers = ask(bench, &mut table, &questions)?;
@@ -295,12 +281,7 @@ fn answer(bench: &Bench) -> Result<Findings, StudyError> {
         spreads.fold(0.0, Real::max)
     };
     let (spread_of_steps, spread_of_flow) = (widest("pressure_spread"), widest("flow_spread"));
-    let questions = [0.44, 4.4, 44.0, 440.0].map(|viscosity| Question {
-        vessel: Vessel::Pores,
-        viscosity,
-        relaxation_time: 0.0,
-        step: 1.0,
-    });
+    let questions = [0.44, 4.4, 44.0, 440.0].map(|viscosity| Pressed { viscosity, ..RUN });
     let answers = ask(bench, &mut table, &questions)?;
     let proportion = answers.pressure.iter().zip(&questions);
     let proportion: Vec<Real> = proportion.map(|(p, q)| p / q.viscosity).collect();

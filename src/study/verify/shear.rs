@@ -15,12 +15,20 @@ pub(super) const CASE: Case = Case {
 
 const RELAXATION: Real = 0.5;
 const THINNING: Real = 0.5;
+/// γ [1/s] and rate [1/s] of fluid that is stretched most: N₁ is 17 times the shear stress.
+const STRETCHED: (Real, Real) = (0.25, 100.0);
 
 fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let rates = bench.level.pick(
         vec![0.1, 1.0, 10.0],
         vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
     );
+    let (little, fast) = STRETCHED;
+    let (stretched, stretched_took) =
+        bench.run("shear-cell-stretched", &(RELAXATION, little, fast), || {
+            shear_cell::read("shear-cell-stretched", RELAXATION, little, fast)
+        })?;
+    let of_stretched = steady_shear(RELAXATION, little, fast);
     let mut plot = Plot {
         title: "A cell of particles as a rheometer".into(),
         x: Axis::log("shear rate [1/s]"),
@@ -42,6 +50,7 @@ fn measure(bench: &Bench) -> Result<Measured, StudyError> {
         1,
         line(|r| steady_shear(RELAXATION, THINNING, r).first),
     ));
+    let off = |reached: Real, exact: Real| (reached / exact - 1.0).abs();
     let (mut shear, mut normal) = (Vec::new(), Vec::new());
     let (mut worst_shear, mut worst_normal, mut seconds): (Real, Real, Real) = (0.0, 0.0, 0.0);
     for rate in rates {
@@ -52,12 +61,12 @@ fn measure(bench: &Bench) -> Result<Measured, StudyError> {
         seconds += took;
         shear.push([rate, reading.xy]);
         normal.push([rate, reading.first]);
-        worst_shear = worst_shear.max((reading.xy / exact(rate).xy - 1.0).abs());
-        worst_normal = worst_normal.max((reading.first / exact(rate).first - 1.0).abs());
+        worst_shear = worst_shear.max(off(reading.xy, exact(rate).xy));
+        worst_normal = worst_normal.max(off(reading.first, exact(rate).first));
     }
     plot.series.push(dots(0, shear));
     plot.series.push(dots(1, normal));
-    let figure = |what: &str, reached: Real| Figure {
+    let figure = |what: &str, reached: Real, seconds: Real| Figure {
         what: what.into(),
         resolution: "10 across".into(),
         reached,
@@ -66,10 +75,21 @@ fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     };
     Ok(Measured {
         figures: vec![
-            figure("viscosity, largest error", worst_shear),
+            figure("viscosity, largest error", worst_shear, seconds),
             figure(
                 "first normal stress difference, largest error",
                 worst_normal,
+                seconds,
+            ),
+            figure(
+                "stretched fluid, viscosity",
+                off(stretched.xy, of_stretched.xy),
+                stretched_took,
+            ),
+            figure(
+                "stretched fluid, first normal stress difference",
+                off(stretched.first, of_stretched.first),
+                stretched_took,
             ),
         ],
         plot,

@@ -5,14 +5,11 @@
 
 use super::series::{Refined, curve, dots, thinned};
 use super::{Bench, Case, Measured, StudyError};
-use crate::fluid::PerPhase;
 use crate::math::{Real, Vec3};
 use crate::report::{Axis, Plot};
-use crate::sim::{BodyShape, ElasticWaves, Scheme, SimSettings, Simulation, TimeStep};
-use crate::solid::Solid;
-use crate::sph::WallParticles;
+use crate::sim::{BodyShape, ElasticWaves, Scheme, SimSettings, TimeStep};
 use crate::study::exact::{Fluid, Start, mode};
-use crate::study::scenes::{Norm, body, boxed, newtonian, settings, viscoelastic};
+use crate::study::scenes::{Norm, body, boxed, flowing, newtonian, settings, viscoelastic};
 use std::f64::consts::TAU;
 
 pub(super) const CASE: Case = Case {
@@ -135,7 +132,7 @@ fn setup(fluid: &Fluid, across: u32, end: Real) -> SimSettings {
 fn wave(name: &str, s: SimSettings, end: Real) -> Result<Vec<[Real; 2]>, StudyError> {
     // Particles move by half a spacing or two: enough to leave the lattice.
     let speed = 0.05;
-    let mut simulation = start(name, s, |x| {
+    let mut simulation = flowing(name, s, |x| {
         Vec3::new(speed * libm::cos(TAU * x.y / LENGTH), 0.0, 0.0)
     })?;
     simulation
@@ -182,7 +179,7 @@ fn taylor_green(name: &str, s: SimSettings) -> Result<Real, StudyError> {
             0.0,
         ) * VORTEX_SPEED
     };
-    let mut simulation = start(name, s, vortex)?;
+    let mut simulation = flowing(name, s, vortex)?;
     simulation
         .advance_to(vortex_end(), |_| {})
         .map_err(StudyError::run(name))?;
@@ -194,22 +191,4 @@ fn taylor_green(name: &str, s: SimSettings) -> Result<Real, StudyError> {
         }
     }
     Ok(norm.relative())
-}
-
-/// A periodic box whose fluid has the given velocity.
-fn start(
-    name: &str,
-    s: SimSettings,
-    velocity: impl Fn(&Vec3) -> Vec3,
-) -> Result<Simulation, StudyError> {
-    let mut simulation = Simulation::new(s, Solid::default(), WallParticles::default())
-        .map_err(StudyError::run(name))?;
-    for i in 0..simulation.fluid.len() {
-        let v = velocity(&simulation.fluid.position[i]);
-        simulation.fluid.phase_velocity[i] = PerPhase {
-            liquid: v,
-            polymer: v,
-        };
-    }
-    Ok(simulation)
 }
