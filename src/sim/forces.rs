@@ -5,9 +5,7 @@ use super::stepper::Stepper;
 use crate::fluid::{conformation, mixture, stress};
 use crate::math::{Mat3, Real, Sym3, Vec3, ordered_sums};
 use crate::sph::PressureOperator;
-use crate::sph::operators::{
-    Mean, stress_force, stress_force_of_differences, viscous_force, wall_friction,
-};
+use crate::sph::operators::{Mean, stress_force, viscous_force, wall_friction};
 use rayon::prelude::*;
 
 impl Stepper<'_> {
@@ -121,12 +119,7 @@ impl Stepper<'_> {
     pub(super) fn force_of_stress(&self, mut stress: Vec<Mat3>) -> Vec<Vec3> {
         if !self.closed {
             let walled = self.near.wall.entries() > 0;
-            let force = if walled {
-                stress_force_of_differences
-            } else {
-                stress_force
-            };
-            return force(self.near, &stress);
+            return stress_force(self.near, &stress, |i| !walled || self.near.one_sided(i));
         }
         let n = stress.len();
         let sum = ordered_sums(n, |i| std::array::from_fn::<Real, 9, _>(|k| stress[i][k]));
@@ -134,7 +127,7 @@ impl Stepper<'_> {
         for tau in &mut stress {
             *tau -= mean;
         }
-        stress_force(self.near, &stress)
+        stress_force(self.near, &stress, |_| true)
     }
 
     /// U^{n+1} (Eq. 12) with the current gradient.

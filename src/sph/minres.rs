@@ -48,7 +48,9 @@ pub fn solve<T: Scalar, S: Operator<T> + Preconditioner<T> + Sync>(
     let unit = T::of(1.0 / gamma);
     for_each([&mut z], |_, [z]| *z = z.map(|e| e * unit));
     for iteration in 1..=most {
-        if gamma == 0.0 || !gamma.is_finite() {
+        // Nothing is left, or less than can be divided by: what has been reached stands.
+        let unit: Real = T::of(1.0 / gamma).into();
+        if !unit.is_finite() || !gamma.is_finite() {
             return (x, iteration - 1);
         }
         system.apply(&z, &mut image);
@@ -203,6 +205,14 @@ mod tests {
             }
         }
         (of_x, of_residual)
+    }
+
+    #[test]
+    fn what_is_too_small_to_divide_by_is_left_alone() {
+        let mut b = vec![[0.0_f32; 4]; 30];
+        b[3] = [1e-42; 4];
+        let (x, iterations) = solve(&Blocks, b, 400, |_| false);
+        assert!(iterations < 3 && x.iter().flatten().all(|e| e.is_finite()));
     }
 
     #[test]

@@ -14,61 +14,51 @@ const GRAIN: usize = 128;
 /// Exact for a linear field, also beside a plane wall and on disordered particles. Needs
 /// [`Neighbourhood::straighten`].
 pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
-    (0..near.len())
-        .into_par_iter()
-        .with_min_len(GRAIN)
-        .map(|i| {
-            let v_i = velocity[i];
-            let mut sum = Mat3::zeros();
-            for pair in near.fluid.row(i) {
-                sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
-            }
-            for pair in near.wall.row(i) {
-                let slip = v_i - near.surface_velocity(i, pair);
-                sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
-            }
-            sum * near.correction[i]
-        })
-        .collect()
+    per_particle(near, |i| {
+        let v_i = velocity[i];
+        let mut sum = Mat3::zeros();
+        for pair in near.fluid.row(i) {
+            sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
+        }
+        for pair in near.wall.row(i) {
+            let slip = v_i - near.surface_velocity(i, pair);
+            sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
+        }
+        sum * near.correction[i]
+    })
+}
+
+fn per_particle<T: Send>(near: &Neighbourhood, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+    let all = (0..near.len()).into_par_iter().with_min_len(GRAIN);
+    all.map(of).collect()
 }
 
 /// Force V_i div τ [N] of a (not necessarily symmetric) stress [Pa]:
 /// f_i = V_i Σ_j V_j (τ_i + τ_j) ∇W_ij, at walls τ_b = τ_i; gradients divided by the local trace, which is the
 /// lattice constant of the kernel on a lattice (Eq. 14 in volume form, with the missing m_j).
-pub fn stress_force(near: &Neighbourhood, stress: &[Mat3]) -> Vec<Vec3> {
-    let force = |i: usize| force_of_pairs(near, stress, i, true);
-    per_particle(near, force)
-}
-
-/// The same with τ_j − τ_i, of which a uniform stress is exactly without force: for particles that have neighbours all
-/// round. It is not equal and opposite, so it does not keep momentum.
-pub fn stress_force_of_differences(near: &Neighbourhood, stress: &[Mat3]) -> Vec<Vec3> {
-    let force = |i: usize| force_of_pairs(near, stress, i, near.one_sided(i));
-    per_particle(near, force)
-}
-
-fn per_particle(near: &Neighbourhood, force: impl Fn(usize) -> Vec3 + Send + Sync) -> Vec<Vec3> {
-    (0..near.len())
-        .into_par_iter()
-        .with_min_len(GRAIN)
-        .map(force)
-        .collect()
-}
-
-#[inline(always)]
-fn force_of_pairs(near: &Neighbourhood, stress: &[Mat3], i: usize, summed: bool) -> Vec3 {
-    let (own, m_i) = (stress[i] * if summed { 1.0 } else { -1.0 }, near.trace[i]);
-    let mut force = Vec3::zeros();
-    for pair in near.fluid.row(i) {
-        let j = pair.j as usize;
-        force += (own + stress[j]) * vector(pair.gradient) * (2.0 / (m_i + near.trace[j]));
-    }
-    if summed {
-        for pair in near.wall.row(i) {
-            force += own * vector(pair.gradient) * (2.0 / m_i);
+///
+/// Where not `summed(i)`, with τ_j − τ_i, of which a uniform stress is exactly without force: for particles that have
+/// neighbours all round. It is not equal and opposite, so it does not keep momentum.
+pub fn stress_force(
+    near: &Neighbourhood,
+    stress: &[Mat3],
+    summed: impl Fn(usize) -> bool + Send + Sync,
+) -> Vec<Vec3> {
+    per_particle(near, |i| {
+        let (summed, m_i) = (summed(i), near.trace[i]);
+        let own = stress[i] * if summed { 1.0 } else { -1.0 };
+        let mut force = Vec3::zeros();
+        for pair in near.fluid.row(i) {
+            let j = pair.j as usize;
+            force += (own + stress[j]) * vector(pair.gradient) * (2.0 / (m_i + near.trace[j]));
         }
-    }
-    force * near.rest_volume
+        if summed {
+            for pair in near.wall.row(i) {
+                force += own * vector(pair.gradient) * (2.0 / m_i);
+            }
+        }
+        force * near.rest_volume
+    })
 }
 
 /// c_ij of the compact Laplacian Σ_j c_ij (A_j − A_i) [1/m²]: Brookshaw's form, divided by the local trace.
@@ -124,21 +114,17 @@ pub fn viscous_force(
     velocity: &[Vec3],
     with_walls: bool,
 ) -> Vec<Vec3> {
-    (0..near.len())
-        .into_par_iter()
-        .with_min_len(GRAIN)
-        .map(|i| {
-            let mut force = Vec3::zeros();
-            for pair in near.pairs(i) {
-                let j = pair.j as usize;
-                let eta = mean.of(viscosity[i], viscosity[j]);
-                force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, &pair));
-            }
-            if with_walls {
-                let (friction, carried) = wall_friction(near, i);
-                force -= (velocity[i] * friction - carried) * viscosity[i];
-            }
-            force * near.rest_volume
-        })
-        .collect()
+    per_particle(near, |i| {
+        let mut force = Vec3::zeros();
+        for pair in near.pairs(i) {
+            let j = pair.j as usize;
+            let eta = mean.of(viscosity[i], viscosity[j]);
+            force += (velocity[j] - velocity[i]) * (eta * laplacian_weight(near, i, &pair));
+        }
+        if with_walls {
+            let (friction, carried) = wall_friction(near, i);
+            force -= (velocity[i] * friction - carried) * viscosity[i];
+        }
+        force * near.rest_volume
+    })
 }

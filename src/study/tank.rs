@@ -263,8 +263,9 @@ mod tests {
     use super::*;
     use crate::study::scenes::SUPPORT;
 
-    fn at_the_cfl_step(scheme: Scheme, stress: StressStep, ratio: Real, duration: Real) -> Fate {
-        let tank = Tank {
+    /// A tank at the CFL step.
+    fn tank(scheme: Scheme, stress: StressStep, ratio: Real, duration: Real) -> Tank {
+        Tank {
             scheme,
             stress,
             viscosity: ratio * LIQUID,
@@ -277,7 +278,11 @@ mod tests {
             most_steps: None,
             tolerance: 1.0,
             support_ratio: SUPPORT,
-        };
+        }
+    }
+
+    fn at_the_cfl_step(scheme: Scheme, stress: StressStep, ratio: Real, duration: Real) -> Fate {
+        let tank = tank(scheme, stress, ratio, duration);
         let fan = tank.fan().expect("a scene");
         tank.run("tank", &fan).expect("a scene")
     }
@@ -293,6 +298,21 @@ mod tests {
         // Two columns that have not met are as they were.
         assert_eq!(coupled.segregation[0][1], 1.0);
         assert!(coupled.segregation.len() == 4);
+    }
+
+    /// Columns that touch nothing yet, at steps so small that what a start's jitter compresses is not to be undone in one.
+    #[test]
+    fn tiny_explicit_steps_do_not_fling_a_start_apart() {
+        for scheme in [Scheme::Dfsph, Scheme::Imm] {
+            let step = 0.006 * cfl_step(2e-3);
+            let tank = Tank {
+                step: Some(step),
+                most_steps: Some(10),
+                ..tank(scheme, StressStep::Explicit, 1e4, 1.0)
+            };
+            let fate = tank.run("tiny steps", &tank.fan().unwrap()).unwrap();
+            assert_eq!((fate.collapse, fate.steps), (None, 10), "{scheme:?}");
+        }
     }
 
     /// The fan presses particles into the corner below it, where the velocity gradient is steep.

@@ -4,7 +4,9 @@ use osteoflow::math::{Real, Vec3};
 use osteoflow::sim::{BodyShape, Energy, Scheme, Simulation, StressStep, TimeStep};
 use osteoflow::solid::Solid;
 use osteoflow::sph::WallParticles;
-use osteoflow::study::scenes::{Lie, body, boxed, newtonian, settings, shear_cell, viscoelastic};
+use osteoflow::study::scenes::{
+    Lie, body, boxed, flowing, newtonian, settings, shear_cell, viscoelastic,
+};
 
 const GAP: Real = 0.02;
 const MEMORY: Real = 0.05;
@@ -115,19 +117,13 @@ fn kinetic_energy_of_a_swirl_is_lost_to_viscosity() {
     let k = 2.0 * std::f64::consts::PI / size;
     let decay = 4.0 * viscosity / 1000.0 * k * k;
     s.time_step = TimeStep::Fixed(0.005 / decay);
-    let mut simulation = Simulation::new(s, Solid::default(), WallParticles::default()).unwrap();
     let speed = 0.1 * size * decay;
-    for (x, v) in simulation
-        .fluid
-        .position
-        .iter()
-        .zip(&mut simulation.fluid.phase_velocity)
-    {
+    let swirl = |x: &Vec3| {
         let (sx, cx) = (k * x.x).sin_cos();
         let (sy, cy) = (k * x.y).sin_cos();
-        let swirl = Vec3::new(sx * cy, -cx * sy, 0.0) * speed;
-        (v.liquid, v.polymer) = (swirl, swirl);
-    }
+        Vec3::new(sx * cy, -cx * sy, 0.0) * speed
+    };
+    let mut simulation = flowing("swirl", s, swirl).unwrap();
     simulation.advance_to(1.0 / decay, |_| {}).unwrap();
     let (e, held) = books(&mut simulation);
     eprintln!("{e:?} {held}");

@@ -1,24 +1,15 @@
 //! Shear waves in a periodic box: no walls, exact for Newtonian and Oldroyd-B fluids.
 
 use crate::scenes::{flowing, newtonian, run, settings};
-use osteoflow::fluid::{Cement, PhaseMaterial};
-use osteoflow::math::{Aabb, Vec3};
-use osteoflow::sim::{Body, BodyShape, ElasticWaves, Scheme, SimSettings, StressStep, TimeStep};
+use osteoflow::math::Vec3;
+use osteoflow::sim::{BodyShape, ElasticWaves, Scheme, SimSettings, StressStep, TimeStep};
+use osteoflow::study::scenes::{body, boxed, viscoelastic};
 
 fn periodic(n: f64, wavelength: f64) -> SimSettings {
     let dx = wavelength / n;
-    let bounds = Aabb {
-        min: Vec3::zeros(),
-        max: Vec3::new(7.0 * dx, wavelength, 7.0 * dx),
-    };
-    let mut s = settings(dx, bounds);
+    let mut s = settings(dx, boxed(Vec3::new(7.0 * dx, wavelength, 7.0 * dx)));
     s.periodic = [true; 3];
-    s.bodies = vec![Body {
-        shape: BodyShape::Box(bounds),
-        polymer_fraction: 1.0,
-        velocity: Vec3::zeros(),
-        saturated: false,
-    }];
+    s.bodies = vec![body(BodyShape::Box(s.domain), 1.0)];
     s
 }
 
@@ -84,18 +75,7 @@ fn oldroyd(stress: StressStep, dt: f64) -> f64 {
     s.scheme = Scheme::ImmCt;
     s.stress = stress;
     s.elastic_waves = ElasticWaves::Resolved;
-    s.cement = Cement {
-        liquid: PhaseMaterial {
-            density: 1000.0,
-            viscosity: 0.01,
-        },
-        polymer: PhaseMaterial {
-            density: 1000.0,
-            viscosity: 8.0,
-        },
-        relaxation_time: 0.05,
-        ..newtonian(1000.0, 8.0)
-    };
+    s.cement = viscoelastic(1000.0, 0.01, 8.0, 0.05, 0.0);
     s.time_step = TimeStep::Fixed(dt);
     let got = amplitude(s, 0.05);
     eprintln!("{stress:?} dt {dt}: {got:.5}, exact -0.39434");

@@ -23,11 +23,14 @@ fn measure(bench: &Bench) -> Result<Measured, StudyError> {
         vec![0.1, 1.0, 10.0],
         vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
     );
+    let read = |thinning: Real, rate: Real| {
+        let run = format!("shear-cell-{thinning}-{rate}");
+        bench.run(&run, &(RELAXATION, thinning, rate), || {
+            shear_cell::read(&run, RELAXATION, thinning, rate)
+        })
+    };
     let (little, fast) = STRETCHED;
-    let (stretched, stretched_took) =
-        bench.run("shear-cell-stretched", &(RELAXATION, little, fast), || {
-            shear_cell::read("shear-cell-stretched", RELAXATION, little, fast)
-        })?;
+    let (stretched, stretched_took) = read(little, fast)?;
     let of_stretched = steady_shear(RELAXATION, little, fast);
     let mut plot = Plot {
         title: "A cell of particles as a rheometer".into(),
@@ -54,10 +57,7 @@ fn measure(bench: &Bench) -> Result<Measured, StudyError> {
     let (mut shear, mut normal) = (Vec::new(), Vec::new());
     let (mut worst_shear, mut worst_normal, mut seconds): (Real, Real, Real) = (0.0, 0.0, 0.0);
     for rate in rates {
-        let run = format!("shear-cell-{rate}");
-        let (reading, took) = bench.run(&run, &(RELAXATION, THINNING, rate), || {
-            shear_cell::read(&run, RELAXATION, THINNING, rate)
-        })?;
+        let (reading, took) = read(THINNING, rate)?;
         seconds += took;
         shear.push([rate, reading.xy]);
         normal.push([rate, reading.first]);
