@@ -1,5 +1,6 @@
 //! State, the step of each scheme, time-step control, inlets, health, ledger. Opens no file, prints nothing.
 
+mod compression;
 mod contact;
 mod energy;
 mod forces;

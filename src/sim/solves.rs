@@ -2,7 +2,7 @@
 
 use super::stepper::Stepper;
 use crate::fluid::mixture;
-use crate::math::{Real, Vec3, ordered_max, ordered_sum, ordered_sums};
+use crate::math::{Real, Vec3, ordered_max, ordered_sum};
 use crate::sph::operators::Mean;
 use crate::sph::{
     ApgdGoal, CoupledGoal, CoupledProblem, CoupledSolver, PressureOperator, RepeatedPressure,
@@ -32,43 +32,17 @@ const SPREAD: Real = 0.1;
 /// nothing but viscosity resists they overshoot once p dt/η is beyond about 4, and the flow rings from step to step (in an
 /// 11G cannula by a third of its pressure). With 0.25 a run through an array of struts crawls: 60 times its time and no end.
 const PACKING: Real = 0.5;
-/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: an array's is 1.2 and 1.1 % higher at
-/// the CFL step than at 0.3 and 0.1 of it, a viscoelastic needle's 0.5 and 0.6 %, a Newtonian one's 0.3 and 0.4 % (means of
-/// three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3, 0.25 the array's is 1.0, 0.7, 0.3 %; but the vertebra then has 52
-/// and 66 steps back and takes 1.13 and 1.18 times the iterations. Lag counted from v + dt L v, and paths bent (v + dt L v/2),
-/// change these by 0.2 to 0.4 %: neither was kept.
+/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: that of a Newtonian array is 1.2 and
+/// 1.1 % higher at the CFL step than at 0.3 and 0.1 of it, of an array of fluid with a memory 2.0 % at 0.3, a viscoelastic
+/// needle's 0.5 and 0.6 %, a Newtonian one's 0.3 and 0.4 % (means of three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3,
+/// 0.25 the Newtonian array's is 1.0, 0.7, 0.3 %; but with 0.25 the vertebra has 43 steps back and takes 1.14 times the
+/// iterations. Lag counted from v + dt L v, and paths bent (v + dt L v/2), change these by 0.1 to 0.4 %: neither was kept.
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the
 /// packing stiffen; with 5, and without the lag, the vertebra, which needs no relief, takes 1.6 times the iterations.
 const EVENING: Real = 10.0;
 const MOST_SWEEPS: usize = 600;
-/// Share of a spacing that the flow covers while compression is undone: about two steps at the CFL limit. In a needle into
-/// closed pores 0.4 changes the pressure by 2.9 % between the CFL step and a thirtieth of it, 0.8 by 0.9 % over a factor 10,
-/// and the vertebra takes 14 % fewer iterations and no step back; with 1.6 and 4 the gradient of a pipe eight across is 5 and
-/// 9 % low (0.4 and 0.8: right to within its noise of 3 %).
-const CORRECTION: Real = 0.8;
-/// Of that time, what a split solve takes in an open body: a fifth of the CFL step, so only smaller ones know of it. Undone
-/// within such a step, a stirred tank's start flew apart below a hundredth of the CFL step, and pressure mixed what the flow
-/// did not: 0.45, 0.42, 0.28 were left of its segregation at 1, 1/4, 1/16 of the CFL step, now 0.45, 0.46, 0.42.
-const SPLIT_SHARE: Real = 0.1;
-/// Share of the way to the fastest particle that the pace makes in the time in which compression is undone. With 1 a body
-/// that is over-full by ten times what its flow undoes would still be flung apart, with 0.25 it swells a few times as fast
-/// as it flows.
-const PURSUIT: Real = 0.25;
-/// Most that a vessel into which something is pushed gives back of what it is over-full by as a whole, of what is pushed in:
-/// its flow stays that of what drives it, however deep it is. What disorder adds to the volume of a lattice that starts to
-/// flow is 2 %: six spacings of a pipe 320 deep. Given back while the flow covers a spacing, it was flung apart.
-const SWELLING: Real = 1.0;
-/// In a closed body gaps and compression are disorder, which shifting evens better than pressure: share that pressure takes
-/// among walls, which it has to press particles into line with, and where there are none, in [`CLOSED_TIME`]. With 0.1, 0.05,
-/// 0.025, 0.01, 0 everywhere Taylor-Green is 1.92, 1.46, 1.24, 1.13, 1.06 % off at 32 spacings (order 1.4 to 2.0), and the
-/// profile in a slit of 16 spacings 2.1, 2.7, 3.0, 3.3, 3.4 %. A little is left to it, so that nothing drifts for ever.
-const CLOSED_SHARE: Real = 0.1;
-const UNWALLED_SHARE: Real = 0.01;
-/// Of the time over which compression is undone elsewhere: that in which a closed body evens out this share.
-const CLOSED_TIME: Real = 0.5;
-
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
     pub(super) fn reference_speed(&self) -> Real {
@@ -79,35 +53,6 @@ impl Stepper<'_> {
     pub(super) fn fastest(&self) -> Real {
         let velocity = &self.mix.velocity;
         ordered_max(velocity.len(), |i| velocity[i].norm()).max(self.driven_speed())
-    }
-
-    /// Time over which compression is undone [s]: that in which the flow, at its [`Stepper::pace`], covers a share of a
-    /// spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp that of the flow.
-    /// (Gaps in fluid without pressure may close as fast as they like.)
-    fn correction_time(&self) -> Real {
-        let pace = self.pace.unwrap_or_default();
-        CORRECTION * self.settings.spacing / pace.max(Real::MIN_POSITIVE)
-    }
-
-    /// Brings the pace up to date, once dt is known.
-    ///
-    /// It follows the fastest particle, but slowly: undoing compression is itself a flow, and where a deep body is
-    /// over-full a faster one than that which set its pace. Followed at once, each step would undo the same share faster
-    /// than the one before, without end.
-    pub(super) fn keep_pace(&mut self) {
-        let dx = self.settings.spacing;
-        let fall = (self.settings.gravity.norm() * dx).sqrt();
-        let fastest = self.fastest().max(fall);
-        let driven = self.driven_speed();
-        let next = match *self.pace {
-            Some(pace) => {
-                let covered = pace * self.dt / (CORRECTION * dx);
-                let next = pace + (fastest - pace) * (PURSUIT * covered).min(1.0);
-                next.max(fall).max(driven)
-            }
-            None => fastest,
-        };
-        *self.pace = Some(next);
     }
 
     /// What the pistons push in [m³/s].
@@ -172,65 +117,6 @@ impl Stepper<'_> {
                 *p -= least;
             }
         }
-    }
-
-    /// Rate at which pressure has to push volume away, so that compression is gone in `correction` [s], but not before
-    /// the end of the step [m³/s].
-    fn correction_rate(&self, operator: &PressureOperator, correction: Real) -> Vec<Real> {
-        let excess = operator.excess_volume();
-        if self.closed {
-            self.even_out(excess, correction)
-        } else {
-            self.give_back(excess, correction)
-        }
-    }
-
-    /// The same of a closed body: it can only even out what it has, and does it slowly.
-    fn even_out(&self, mut excess: Vec<Real>, correction: Real) -> Vec<Real> {
-        let share = if self.near.wall.entries() > 0 {
-            CLOSED_SHARE
-        } else {
-            UNWALLED_SHARE
-        };
-        let rate = share / self.dt.max(CLOSED_TIME * correction);
-        let n = excess.len();
-        let mean = ordered_sum(n, |i| excess[i]) / n.max(1) as Real;
-        for e in &mut excess {
-            *e = rate * (*e - mean);
-        }
-        excess
-    }
-
-    /// The same of an open one. Gaps in fluid under pressure are treated like compression: closed at once, those that noise
-    /// opens would suck in as much as an inlet gives. Other gaps may close by the end of the step.
-    fn give_back(&self, mut excess: Vec<Real>, correction: Real) -> Vec<Real> {
-        let time = self.dt.max(correction);
-        let pressed: Vec<bool> = (excess.iter().zip(&self.fluid.pressure))
-            .map(|(e, pressure)| *e > 0.0 || pressure[0] > 0.0)
-            .collect();
-        let [surplus, count] = ordered_sums(excess.len(), |i| {
-            if pressed[i] {
-                [excess[i], 1.0]
-            } else {
-                [0.0; 2]
-            }
-        });
-        let inflow = self.inflow();
-        // What each of them is over-full by because the whole is, and how fast that goes out.
-        let (mean, swelling) = if surplus > 0.0 && inflow > 0.0 {
-            let mean = surplus / count;
-            (mean, mean / time.max(surplus / (SWELLING * inflow)))
-        } else {
-            (0.0, 0.0)
-        };
-        for (e, pressed) in excess.iter_mut().zip(pressed) {
-            *e = if pressed {
-                (*e - mean) / time + swelling
-            } else {
-                *e / self.dt
-            };
-        }
-        excess
     }
 
     /// Takes off what the level of the pressure does to the packing beyond what evens it: adds that to `force` [N].
@@ -306,9 +192,7 @@ impl Stepper<'_> {
         let rate = operator.volume_rate_with_walls(&self.mix.velocity);
         let (slot, source_rate, free) = match source {
             Source::Volume => {
-                let share = if self.closed { 1.0 } else { SPLIT_SHARE };
-                let correction = share * self.correction_time();
-                let excess = self.correction_rate(&operator, correction);
+                let excess = self.correction_rate(&operator, self.split_correction_time());
                 (
                     0,
                     (0..n).map(|i| excess[i] + rate[i]).collect::<Vec<_>>(),

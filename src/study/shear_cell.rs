@@ -1,8 +1,10 @@
 //! A rheometer of particles: fluid between a plate at rest and one that moves, U from the particles' own gradient.
 
 use super::StudyError;
+use super::exact::steady_shear;
 use super::scenes::{Lie, shear_cell, viscoelastic};
-use crate::math::Real;
+use crate::fluid::conformation;
+use crate::math::{Mat3, Real, Sym3};
 use crate::sim::{Scheme, TimeStep};
 use serde::{Deserialize, Serialize};
 
@@ -23,12 +25,14 @@ const SOLVENT: Real = 0.01;
 const POLYMER: Real = 8.0;
 /// Spacings across.
 const ACROSS: u32 = 10;
-/// Linear relaxation times λ' until it is read.
-const MEMORIES: Real = 8.0;
 /// Most strain of the cell in a step.
 const STRAIN: Real = 0.04;
-/// Strains after which thinning flow is steady; fast cells need not wait for λ'.
-const STRAINS: Real = 30.0;
+/// A cell is read once a particle alone would stay so close to the steady state.
+const STEADY: Real = 1e-3;
+/// Linear relaxation times λ' for which a particle alone is watched.
+const MEMORIES: u32 = 20;
+/// Steps in one of them at least.
+const STEPS: u32 = 10;
 
 /// Shears a cell at `rate` [1/s] with λ [s] and γ [1/s] until it is steady.
 pub fn read(
@@ -38,6 +42,7 @@ pub fn read(
     rate: Real,
 ) -> Result<Reading, StudyError> {
     let memory = 1.0 / (1.0 / relaxation + thinning);
+    let step = (memory / Real::from(STEPS)).min(STRAIN / rate);
     let lie = Lie {
         turned: false,
         seed: 9,
@@ -47,11 +52,10 @@ pub fn read(
     // So light that the cell is sheared evenly from the start.
     let density = 1e-3;
     place.settings.cement = viscoelastic(density, SOLVENT, POLYMER, relaxation, thinning);
-    place.settings.time_step = TimeStep::Fixed((0.1 * memory).min(STRAIN / rate));
-    let end = (MEMORIES * memory).min(0.5 * memory + STRAINS / rate);
+    place.settings.time_step = TimeStep::Fixed(step);
     let mut simulation = place.start(name)?;
     simulation
-        .advance_to(end, |_| {})
+        .advance_to(settled(relaxation, thinning, rate, step), |_| {})
         .map_err(StudyError::run(name))?;
     let u = &simulation.fluid.conformation;
     let n = u.len() as Real;
@@ -63,4 +67,35 @@ pub fn read(
         first,
         spread: square.sqrt() / xy,
     })
+}
+
+/// Time [s] from which a particle that is sheared alone, from rest, stays close to its steady state.
+fn settled(relaxation: Real, thinning: Real, rate: Real, step: Real) -> Real {
+    let memory = 1.0 / (1.0 / relaxation + thinning);
+    let steady = steady_shear(relaxation, thinning, rate);
+    let flow = Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut u = Sym3::IDENTITY;
+    let (mut time, mut last) = (0.0, 0.0);
+    while time < Real::from(MEMORIES) * memory {
+        u = conformation::advance(&u, &flow, relaxation, thinning, step);
+        time += step;
+        let off = |reached: Real, steady: Real| (reached / steady - 1.0).abs() > STEADY;
+        if off(u.xy, steady.xy) || off(u.xx - u.yy, steady.first) {
+            last = time;
+        }
+    }
+    last + step
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without thinning N₁ nears its steady state as (1 + t/λ) e^{−t/λ}; a particle that thins is soon there.
+    #[test]
+    fn a_cell_is_read_once_it_is_steady() {
+        let slow = settled(0.5, 0.0, 1.0, 0.001);
+        assert!((slow / 0.5 - 9.23).abs() < 0.05, "{slow}");
+        assert!(settled(0.5, 1.0, 100.0, 1e-4) < 0.5);
+    }
 }
