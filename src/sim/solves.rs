@@ -35,10 +35,10 @@ const PACKING: Real = 0.5;
 /// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: that of a Newtonian array is 1.2 and
 /// 1.1 % higher at the CFL step than at 0.3 and 0.1 of it, of an array of fluid with a memory 2.0 % at 0.3, a viscoelastic
 /// needle's 0.5 and 0.6 %, a Newtonian one's 0.3 and 0.4 % (means of three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3,
-/// 0.25 the Newtonian array's is 1.0, 0.7, 0.3 %; but with 0.25 the vertebra has 43 steps back and takes 1.14 times the
-/// iterations. Counted from v + dt a, with a of the step before, and the stabiliser's gradient as well, the lag is of second
-/// order: the arrays' are 0.8 and 1.2 %, also with 0.25; but with 0.4 the vertebra has 80 steps back and takes 1.18 times
-/// the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %.
+/// 0.25 the Newtonian array's is 1.0, 0.7, 0.3 %; but with 0.25 the vertebra has 43 to 66 steps back and takes 1.14 to 1.18
+/// times the iterations. Counted from v + dt a, with a of the step before, and the stabiliser's gradient as well, the lag is
+/// of second order: the arrays' are 0.8 and 1.2 %, also with 0.25; but with 0.4 the vertebra has 80 steps back and takes
+/// 1.18 times the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %.
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the
