@@ -67,8 +67,7 @@ impl Stepper<'_> {
         *self.pace = Some(next);
     }
 
-    /// Rate at which pressure has to push volume away, so that compression is gone in `correction` [s], but not before
-    /// the end of the step [m³/s].
+    /// Rate at which pressure has to push volume away, so that compression fades in `correction` [s] [m³/s].
     pub(super) fn correction_rate(
         &self,
         operator: &PressureOperator,
@@ -100,8 +99,12 @@ impl Stepper<'_> {
 
     /// The same of an open one. Gaps in fluid under pressure are treated like compression: closed at once, those that noise
     /// opens would suck in as much as an inlet gives. Other gaps may close by the end of the step.
+    ///
+    /// What is undone fades as e^{−t/T}, whatever the step is. (With a share of dt/T in each, two steps of T/2 leave a quarter
+    /// where small ones leave 0.37, and the pressure of an array of struts is 1.2 % higher at the CFL step than at 0.3 of it,
+    /// for 0.7 %.)
     fn give_back(&self, mut excess: Vec<Real>, correction: Real) -> Vec<Real> {
-        let time = self.dt.max(correction);
+        let time = self.dt / -libm::expm1(-self.dt / correction);
         let pressed: Vec<bool> = (excess.iter().zip(&self.fluid.pressure))
             .map(|(e, pressure)| *e > 0.0 || pressure[0] > 0.0)
             .collect();
