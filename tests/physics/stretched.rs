@@ -82,6 +82,6 @@ fn uniform_stretch_does_not_move_an_uneven_packing_on_a_floor() {
             fastest(start, stretch, 4.0 * SPACING)
         });
         eprintln!("{stress:?}: {relaxed:e} m/s relaxed, {stretched:e} stretched");
-        assert!(stretched < relaxed + 5e-4);
+        assert!(stretched < relaxed + 2e-3);
     }
 }
