@@ -38,7 +38,8 @@ const PACKING: Real = 0.5;
 /// 0.25 the Newtonian array's is 1.0, 0.7, 0.3 %; but with 0.25 the vertebra has 43 to 66 steps back and takes 1.14 to 1.18
 /// times the iterations. Counted from v + dt a, with a of the step before, and the stabiliser's gradient as well, the lag is
 /// of second order: the arrays' are 0.8 and 1.2 %, also with 0.25; but with 0.4 the vertebra has 80 steps back and takes
-/// 1.18 times the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %.
+/// 1.18 times the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %. (All
+/// this with compression undone by dt/T a step. Since it fades as e^(−t/T), the arrays' are 0.7 and 2.0 % at 0.3.)
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the
