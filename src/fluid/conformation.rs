@@ -15,6 +15,12 @@
 
 use crate::math::{Mat3, Real, Sym3};
 
+/// λ' = 1/(1/λ + γ) [s]: the relaxation time of small deformations (Eq. 12 is Giesekus' model with mobility γ λ')
+/// [Giesekus82].
+pub fn linear_relaxation_time(relaxation_time: Real, thinning: Real) -> Real {
+    1.0 / (1.0 / relaxation_time + thinning)
+}
+
 /// U after `dt` [s] in the flow with gradient `gradient`: exact for a frozen gradient (to 1e-11), positive definite
 /// for any dt.
 ///

@@ -1,5 +1,6 @@
 //! What the cement is made of.
 
+use super::conformation;
 use crate::math::Real;
 use serde::{Deserialize, Serialize};
 
@@ -67,9 +68,8 @@ impl Cement {
         alpha * self.polymer.viscosity / memory
     }
 
-    /// λ' = 1/(1/λ + γ) [s]: the relaxation time of small deformations (Eq. 12 is Giesekus' model with mobility
-    /// γ λ') [Giesekus82].
+    /// λ' [s], see [`conformation::linear_relaxation_time`].
     pub fn linear_relaxation_time(&self) -> Real {
-        1.0 / (1.0 / self.relaxation_time + self.thinning)
+        conformation::linear_relaxation_time(self.relaxation_time, self.thinning)
     }
 }

@@ -41,7 +41,7 @@ pub fn read(
     thinning: Real,
     rate: Real,
 ) -> Result<Reading, StudyError> {
-    let memory = 1.0 / (1.0 / relaxation + thinning);
+    let memory = conformation::linear_relaxation_time(relaxation, thinning);
     let step = (memory / Real::from(STEPS)).min(STRAIN / rate);
     let lie = Lie {
         turned: false,
@@ -69,17 +69,33 @@ pub fn read(
     })
 }
 
-/// Time [s] from which a particle that is sheared alone, from rest, stays close to its steady state.
+/// Velocity gradient [1/s] of shear along x across y.
+pub fn shear(rate: Real) -> Mat3 {
+    Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+}
+
+/// U of a particle that is sheared alone, from rest, at the end of each step.
+pub fn alone(
+    relaxation: Real,
+    thinning: Real,
+    rate: Real,
+    step: Real,
+) -> impl Iterator<Item = Sym3> {
+    std::iter::repeat(shear(rate)).scan(Sym3::IDENTITY, move |u, gradient| {
+        *u = conformation::advance(u, &gradient, relaxation, thinning, step);
+        Some(*u)
+    })
+}
+
+/// Time [s] from which a particle that is sheared alone stays close to its steady state.
 fn settled(relaxation: Real, thinning: Real, rate: Real, step: Real) -> Real {
-    let memory = 1.0 / (1.0 / relaxation + thinning);
+    let memory = conformation::linear_relaxation_time(relaxation, thinning);
     let steady = steady_shear(relaxation, thinning, rate);
-    let flow = Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    let mut u = Sym3::IDENTITY;
+    let off = |reached: Real, steady: Real| (reached / steady - 1.0).abs() > STEADY;
+    let steps = (Real::from(MEMORIES) * memory / step).ceil() as usize;
     let (mut time, mut last) = (0.0, 0.0);
-    while time < Real::from(MEMORIES) * memory {
-        u = conformation::advance(&u, &flow, relaxation, thinning, step);
+    for u in alone(relaxation, thinning, rate, step).take(steps) {
         time += step;
-        let off = |reached: Real, steady: Real| (reached / steady - 1.0).abs() > STEADY;
         if off(u.xy, steady.xy) || off(u.xx - u.yy, steady.first) {
             last = time;
         }

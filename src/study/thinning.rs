@@ -6,7 +6,7 @@ use super::exact::steady_shear;
 use super::shear_cell;
 use super::{Bench, Findings, Level, Study, StudyError};
 use crate::fluid::conformation;
-use crate::math::{Mat3, Real, Sym3};
+use crate::math::Real;
 use crate::report::{Axis, Look, Plot, Series, Table};
 use serde_json::json;
 
@@ -37,21 +37,6 @@ fn answer(bench: &Bench) -> Result<Findings, StudyError> {
         y: Axis::log("polymer viscosity at rate / at rest without thinning"),
         series: Vec::new(),
     };
-    let cells: Vec<(Real, Real)> = THINNING
-        .into_iter()
-        .flat_map(|gamma| {
-            rates(bench.level, gamma)
-                .iter()
-                .map(move |&rate| (gamma, rate))
-        })
-        .collect();
-    let readings = bench.side_by_side(&cells, |&(gamma, rate)| {
-        let name = format!("cell-{gamma}-{rate}");
-        let settings = ("cell", RELAXATION, gamma, rate);
-        let read = || shear_cell::read(&name, RELAXATION, gamma, rate);
-        Ok(bench.run(&name, &settings, read)?.0)
-    })?;
-    let mut readings = cells.into_iter().zip(readings).peekable();
     let (mut worst, mut worst_cell): (Real, Real) = (0.0, 0.0);
     for (colour, gamma) in THINNING.into_iter().enumerate() {
         let ratio = |rate: Real, xy: Real| xy / (RELAXATION * rate);
@@ -90,8 +75,15 @@ fn answer(bench: &Bench) -> Result<Findings, StudyError> {
             look: Look::Dots,
             colour,
         });
+        let rates = rates(bench.level, gamma);
+        let readings = bench.side_by_side(rates, |&rate| {
+            let name = format!("cell-{gamma}-{rate}");
+            let settings = ("cell", RELAXATION, gamma, rate);
+            let read = || shear_cell::read(&name, RELAXATION, gamma, rate);
+            Ok(bench.run(&name, &settings, read)?.0)
+        })?;
         let mut rings = Vec::new();
-        while let Some(((_, rate), reading)) = readings.next_if(|((of, _), _)| *of == gamma) {
+        for (&rate, reading) in rates.iter().zip(readings) {
             let exact = steady_shear(RELAXATION, gamma, rate).xy;
             let error = reading.xy / exact - 1.0;
             worst_cell = worst_cell.max(error.abs());
@@ -139,17 +131,12 @@ fn rates(level: Level, gamma: Real) -> &'static [Real] {
 
 /// Steady U_xy at shear rates from 0.01 to 1000 1/s, stepped with a tenth of λ' from rest.
 fn homogeneous(gamma: Real, per_decade: i32) -> Vec<[Real; 2]> {
-    let memory = 1.0 / (1.0 / RELAXATION + gamma);
-    let points = 0..=5 * per_decade;
-    let rates = points.map(|k| libm::pow(10.0, Real::from(k) / Real::from(per_decade) - 2.0));
-    rates
-        .map(|rate| {
-            let flow = Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-            let mut u = Sym3::IDENTITY;
-            for _ in 0..400 {
-                u = conformation::advance(&u, &flow, RELAXATION, gamma, 0.1 * memory);
-            }
-            [rate, u.xy]
+    let step = 0.1 * conformation::linear_relaxation_time(RELAXATION, gamma);
+    (0..=5 * per_decade)
+        .map(|k| {
+            let rate = libm::pow(10.0, Real::from(k) / Real::from(per_decade) - 2.0);
+            let sheared = shear_cell::alone(RELAXATION, gamma, rate, step).take(400);
+            [rate, sheared.fold(0.0, |_, u| u.xy)]
         })
         .collect()
 }

@@ -1,10 +1,11 @@
 //! The conformation tensor alone, in homogeneous flow: (Eq. 12) against closed forms.
 
 use super::{Bench, Case, Figure, Goal, Measured, StudyError};
-use crate::fluid::conformation::advance;
+use crate::fluid::conformation::{advance, linear_relaxation_time};
 use crate::math::{Mat3, Real, Stream, Sym3};
 use crate::report::{Axis, Look, Plot, Series};
 use crate::study::exact::{extension, steady_shear};
+use crate::study::shear_cell::{alone, shear};
 
 pub(super) const CASE: Case = Case {
     name: "conformation",
@@ -107,20 +108,14 @@ fn largest(a: Real, b: Real) -> Real {
     if a.is_nan() || a > b { a } else { b }
 }
 
-fn shear(rate: Real) -> Mat3 {
-    Mat3::new(0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-}
-
 /// λ, γ, largest relative error of U_xy, N₁ and N₂ over G, and (rate, N₁/G), after 40 λ' from rest.
 fn points() -> Vec<(Real, Real, Real, [Real; 2])> {
     let mut points = Vec::new();
     for (lambda, gamma) in FLUIDS {
-        let memory = 1.0 / (1.0 / lambda + gamma);
+        let step = 0.1 * linear_relaxation_time(lambda, gamma);
         for rate in RATES {
-            let mut u = Sym3::IDENTITY;
-            for _ in 0..400 {
-                u = advance(&u, &shear(rate), lambda, gamma, 0.1 * memory);
-            }
+            let sheared = alone(lambda, gamma, rate, step).take(400);
+            let u = sheared.fold(Sym3::IDENTITY, |_, u| u);
             let exact = steady_shear(lambda, gamma, rate);
             let (first, second) = (u.xx - u.yy, u.yy - u.zz);
             // Stresses that rounding of U = I + … leaves without digits count against U itself.
@@ -139,10 +134,8 @@ fn points() -> Vec<(Real, Real, Real, [Real; 2])> {
 fn start_up() -> Real {
     let (lambda, rate) = (0.2, 3.0);
     let wi = lambda * rate;
-    let mut u = Sym3::IDENTITY;
     let mut worst = 0.0;
-    for step in 1..=100 {
-        u = advance(&u, &shear(rate), lambda, 0.0, 0.1 * lambda);
+    for (step, u) in (1..=100).zip(alone(lambda, 0.0, rate, 0.1 * lambda)) {
         let t = 0.1 * Real::from(step);
         let left = libm::exp(-t);
         worst = largest(worst, (u.xy / (wi * (1.0 - left)) - 1.0).abs());
@@ -162,11 +155,11 @@ fn extended() -> Real {
         (0.05, 0.3, 100.0),
     ] {
         let flow = Mat3::from_diagonal(&[rate, -0.5 * rate, -0.5 * rate].into());
-        let memory = 1.0 / (1.0 / lambda + gamma);
+        let step = 0.1 * linear_relaxation_time(lambda, gamma);
         let mut u = Sym3::IDENTITY;
         // Without thinning it settles as slowly as 1/(s − 2 e).
         for _ in 0..6000 {
-            u = advance(&u, &flow, lambda, gamma, 0.1 * memory);
+            u = advance(&u, &flow, lambda, gamma, step);
         }
         let [along, across] = extension(lambda, gamma, rate);
         worst = largest(worst, (u.xx / along - 1.0).abs());
