@@ -87,7 +87,7 @@ impl Stepper<'_> {
                 let stretch = largest(&self.fluid.conformation[i]);
                 let full =
                     stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, true);
-                stabiliser[i] = full.min(0.1 * rho * spacing * spacing / self.dt);
+                stabiliser[i] = full.min(stress::most_explicit_stabiliser(rho, spacing, self.dt));
                 stress::of_conformation(modulus, &self.fluid.conformation[i])
                     - self.gradient[i] * stabiliser[i]
             })

@@ -5,6 +5,7 @@
 //! particles may move and strain in a step.
 
 use super::settings::{Scheme, SimSettings, StressStep, TimeStep};
+use crate::fluid::stress::most_explicit_stabiliser;
 use crate::math::Real;
 use serde::{Deserialize, Serialize};
 
@@ -204,8 +205,8 @@ fn bounds(settings: &SimSettings, flow: &FlowMeasures, coupled: bool) -> Vec<Ste
         let holds = |dt: Real| {
             let lambda = cement.relaxation_time;
             let polymer = flow.stiffness * lambda * libm::tanh(dt / (2.0 * lambda)) * 2.4;
-            // The stabiliser takes up to a tenth of the viscous limit on top.
-            let solvent = cement.liquid.viscosity * 6.05 + 0.1 * rho * dx * dx / dt * 6.05;
+            let stabiliser = most_explicit_stabiliser(rho, dx, dt);
+            let solvent = (cement.liquid.viscosity + stabiliser) * 6.05;
             dt * (polymer + solvent) / (dx * dx) < 2.0 * rho
         };
         bound(Limit::Elastic, 0.5 * bisect(holds, 2.0 * max), coupled);
