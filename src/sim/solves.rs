@@ -39,7 +39,9 @@ const PACKING: Real = 0.5;
 /// times the iterations. Counted from v + dt a, with a of the step before, and the stabiliser's gradient as well, the lag is
 /// of second order: the arrays' are 0.8 and 1.2 %, also with 0.25; but with 0.4 the vertebra has 80 steps back and takes
 /// 1.18 times the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %. (All
-/// this with compression undone by dt/T a step. Since it fades as e^(−t/T), the arrays' are 0.7 and 2.0 % at 0.3.)
+/// this with compression undone by dt/T a step. Since it fades as e^(−t/T), the arrays' are 0.8 and 2.1 % at 0.3; counted from
+/// v + dt a with dt a no longer than 0.2 |v| and 0.5 |L| dx they are 0.1 and 0.6 %, and the vertebra has no step back and 2 %
+/// fewer iterations; but a sheared cell of Wi 1 at six CFL steps runs away.)
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the
