@@ -50,6 +50,7 @@ pub fn write_restart(
         ),
         Column::new("conformation", conformation),
         Column::new("pressure", fluid.pressure.iter().copied()),
+        Column::new("change", fluid.change.iter().map(|v| [v.x, v.y, v.z])),
         Column::new("id", fluid.id.iter().map(|&id| [id])),
         Column::new("origin", fluid.origin.iter().map(|&o| [u32::from(o)])),
     ];
@@ -110,6 +111,10 @@ pub fn read_restart<T: DeserializeOwned>(path: &Path) -> Result<Restart<T>, Cach
             })
             .collect(),
         pressure: rows::<f64, 2>(&mut file, "pressure", count)?,
+        change: rows::<f64, 3>(&mut file, "change", count)?
+            .into_iter()
+            .map(Vec3::from)
+            .collect(),
         id,
         origin,
     };
@@ -143,6 +148,7 @@ mod tests {
             fluid.push(random.cube(), random.cube(), random.unit(), i as u32, 3);
             fluid.phase_velocity[i].polymer = random.cube();
             fluid.pressure[i] = [random.unit() * 1e5, -0.0];
+            fluid.change[i] = random.cube();
         }
         if particles != 1 {
             fluid.hold_conformation();
@@ -160,6 +166,7 @@ mod tests {
             carved: 3,
             caution: Some(1.0 / 7.0),
             pace: Some(random.unit()),
+            last_step: random.unit(),
             inlets: vec![InletProgress {
                 travelled: random.unit(),
                 pushed: random.unit(),

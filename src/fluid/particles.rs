@@ -16,6 +16,8 @@ pub struct FluidParticles {
     pub conformation: Vec<Sym3>,
     /// Warm starts [Pa]: of the constant-volume and of the divergence solve.
     pub pressure: Vec<[Real; 2]>,
+    /// What the last coupled step changed v_mix by [m/s]; 0 after an explicit one.
+    pub change: Vec<Vec3>,
     /// Identity, given in the order of appearance.
     pub id: Vec<u32>,
     /// Where it came from: 0 a body at the start, n the n-th inlet.
@@ -57,6 +59,7 @@ impl FluidParticles {
             self.conformation.push(Sym3::IDENTITY);
         }
         self.pressure.push([0.0; 2]);
+        self.change.push(Vec3::zeros());
         self.id.push(id);
         self.origin.push(origin);
     }
@@ -78,6 +81,7 @@ impl FluidParticles {
         self.polymer_fraction.clone_from(&other.polymer_fraction);
         self.conformation.clone_from(&other.conformation);
         self.pressure.clone_from(&other.pressure);
+        self.change.clone_from(&other.change);
         self.id.clone_from(&other.id);
         self.origin.clone_from(&other.origin);
     }
@@ -96,6 +100,7 @@ impl FluidParticles {
         only(&mut self.polymer_fraction, &keep);
         only(&mut self.conformation, &keep);
         only(&mut self.pressure, &keep);
+        only(&mut self.change, &keep);
         only(&mut self.id, &keep);
         only(&mut self.origin, &keep);
     }

@@ -5,7 +5,7 @@ use super::stepper::Stepper;
 use crate::fluid::{conformation, mixture, stress};
 use crate::math::{Mat3, Real, Sym3, Vec3, ordered_sums};
 use crate::sph::PressureOperator;
-use crate::sph::operators::{Mean, stress_force, viscous_force, wall_friction};
+use crate::sph::operators::{Mean, gradient_of_change, stress_force, viscous_force, wall_friction};
 use rayon::prelude::*;
 
 impl Stepper<'_> {
@@ -146,12 +146,14 @@ impl Stepper<'_> {
 
     /// Gravity, Newtonian viscosity and pressure in one solve.
     pub fn solve_newtonian(&mut self) {
+        self.refresh_gradient();
         let viscosity = self.mixture_viscosity();
         let n = self.fluid.len();
         self.solve_coupled(
             &viscosity,
             Mean::Harmonic,
             vec![0.0; n],
+            &self.likely_change(),
             vec![Vec3::zeros(); n],
         );
     }
@@ -167,8 +169,8 @@ impl Stepper<'_> {
 
     /// Gravity, solvent viscosity, polymer stress (Eqs 12–16) and pressure in one solve.
     ///
-    /// The stress enters in increment form around a prediction with L(v^n),
-    /// div[(1 − b) τ^n + b τ_p] + Lap[η_K](v' − v^n) plus the stabiliser Lap[η_a] v − div(η_a L); steady states
+    /// The stress enters in increment form around a prediction with L(v*), v* the likely velocity (see `outlook`),
+    /// div[(1 − b) τ^n + b τ_p] + Lap[η_K](v' − v*) plus the stabiliser Lap[η_a] v' − div(η_a L(v*)); steady states
     /// depend on neither dt nor η_K, and λ → 0 leaves the plain viscous step. η_K is weighted with the largest
     /// stretch, without which steps beyond Wi = 1 blow up.
     pub fn solve_viscoelastic(&mut self) {
@@ -177,6 +179,8 @@ impl Stepper<'_> {
         let resolved = self.settings.elastic_waves == ElasticWaves::Resolved;
         let n = self.fluid.len();
         let (b, memory) = stress::implicit_weight(cement, dt);
+        let change = self.likely_change();
+        let turn = gradient_of_change(self.near, &change);
         let stress_of = if self.may_be_pulled() {
             stress::above_least
         } else {
@@ -187,10 +191,11 @@ impl Stepper<'_> {
             .with_min_len(128)
             .map(|i| {
                 let u = &self.fluid.conformation[i];
+                let gradient = self.gradient[i] + turn[i];
                 let modulus = cement.modulus(self.fluid.polymer_fraction[i]);
                 let predicted = conformation::advance(
                     u,
-                    &self.gradient[i],
+                    &gradient,
                     cement.relaxation_time,
                     cement.thinning,
                     dt,
@@ -201,7 +206,7 @@ impl Stepper<'_> {
                     stress::stabiliser_viscosity(cement, modulus, rho, stretch, spacing, resolved);
                 let implicit = (modulus * memory * stretch).max(stabiliser);
                 let tau = stress_of(modulus, u) * (1.0 - b) + stress_of(modulus, &predicted) * b
-                    - self.gradient[i] * stabiliser;
+                    - gradient * stabiliser;
                 (tau, stabiliser, implicit - stabiliser)
             })
             .collect();
@@ -209,7 +214,7 @@ impl Stepper<'_> {
         let solvent = cement.liquid.viscosity;
         let viscosity: Vec<Real> = terms.iter().map(|t| t.1 + solvent).collect();
         let lag: Vec<Real> = terms.iter().map(|t| t.2).collect();
-        self.solve_coupled(&viscosity, Mean::Arithmetic, lag, force);
+        self.solve_coupled(&viscosity, Mean::Arithmetic, lag, &change, force);
         self.refresh_gradient();
         self.advance_conformation();
     }

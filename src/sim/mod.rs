@@ -10,6 +10,7 @@ mod ledger;
 mod motion;
 mod motion_law;
 mod mover;
+mod outlook;
 mod probe;
 mod room;
 mod schemes;

@@ -44,6 +44,8 @@ pub struct Simulation {
     pub caution: Option<Real>,
     /// Speed at which compression is undone [m/s]; none before the first step.
     pub pace: Option<Real>,
+    /// The last step [s]; 0 before the first.
+    pub last_step: Real,
     kernel: Kernel,
     domain: Domain,
     solid: Solid,
@@ -108,6 +110,7 @@ impl Simulation {
             rest_volume,
             caution: None,
             pace: None,
+            last_step: 0.0,
             kernel,
             domain,
             solid,
@@ -223,6 +226,7 @@ impl Simulation {
     }
 
     fn accept(&mut self, mut report: StepReport) -> StepReport {
+        self.last_step = report.dt;
         self.count_injected();
         self.remove_escaped();
         if self.settings.energy_balance {
@@ -262,6 +266,7 @@ impl Simulation {
             stress: self.settings.stress,
             caution: self.caution,
             pace: &mut self.pace,
+            last_step: self.last_step,
             dt: 0.0,
             time: self.time,
             step: self.steps,

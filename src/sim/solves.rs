@@ -244,12 +244,13 @@ impl Stepper<'_> {
     }
 
     /// Velocity and pressure at once, under `force` [N] and gravity. `lag`: viscosity [Pa·s] that resists only what changes
-    /// in the step.
+    /// from a likely `change` [m/s] of the velocity.
     pub(super) fn solve_coupled(
         &mut self,
         viscosity: &[Real],
         mean: Mean,
         mut lag: Vec<Real>,
+        change: &[Vec3],
         mut force: Vec<Vec3>,
     ) {
         let n = self.fluid.len();
@@ -265,6 +266,8 @@ impl Stepper<'_> {
         for i in 0..n {
             force[i] += start[i] * (self.mix.mass[i] / dt);
         }
+        let likely = self.mix.velocity.iter().zip(change);
+        let likely: Vec<Vec3> = likely.map(|(v, change)| v + change).collect();
         let u_ref = self.reference_speed();
         let tolerance = COUPLED_TOLERANCE * self.settings.tolerance;
         let dx = self.settings.spacing;
@@ -287,7 +290,7 @@ impl Stepper<'_> {
             viscosity,
             mean,
             lag: &lag,
-            before: &self.mix.velocity,
+            likely: &likely,
             dt,
             force: &force,
             excess: &excess,
@@ -323,6 +326,7 @@ impl Stepper<'_> {
                 self.lead.push(-step);
             }
         }
+        self.keep_change(&velocity);
         // Gravity moves all phases alike; the rest of the change is force, shared out by C_d.
         mixture::accelerate(self.fluid, &self.settings.gravity, self.dt);
         self.mix.refresh_velocity(self.fluid);

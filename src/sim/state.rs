@@ -33,6 +33,9 @@ pub struct Progress {
     /// Speed at which compression is undone [m/s].
     #[serde(default)]
     pub pace: Option<Real>,
+    /// The last step [s]; 0 before the first.
+    #[serde(default)]
+    pub last_step: Real,
     /// Of each inlet.
     pub inlets: Vec<InletProgress>,
     /// What adds up for the tables.
@@ -75,6 +78,7 @@ impl Simulation {
             carved: self.carved,
             caution: self.caution,
             pace: self.pace,
+            last_step: self.last_step,
             inlets: self.inlets.iter().map(inlet).collect(),
             tally: self.tally.clone(),
         }
@@ -93,6 +97,7 @@ impl Simulation {
         self.carved = progress.carved;
         self.caution = progress.caution;
         self.pace = progress.pace;
+        self.last_step = progress.last_step;
         self.tally = progress.tally;
         for (inlet, then) in self.inlets.iter_mut().zip(progress.inlets) {
             inlet.travelled = then.travelled;

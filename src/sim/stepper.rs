@@ -69,6 +69,8 @@ pub struct Stepper<'a> {
     pub caution: Option<Real>,
     /// Speed at which compression is undone [m/s]; none before the first step.
     pub pace: &'a mut Option<Real>,
+    /// The step before this one [s]; 0 if none was.
+    pub last_step: Real,
     pub dt: Real,
     pub time: Real,
     pub step: u64,
@@ -226,6 +228,9 @@ impl Stepper<'_> {
             dt = 0.5 * left;
         }
         self.dt = dt;
+        if stress == StressStep::Explicit {
+            self.fluid.change.fill(Vec3::zeros());
+        }
         self.drive_walls();
         self.keep_pace();
         self.report.dt = dt;

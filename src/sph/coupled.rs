@@ -49,8 +49,8 @@ pub struct CoupledProblem<'a> {
     pub mean: Mean,
     /// Viscosity on top that resists only what changes in the step [Pa·s].
     pub lag: &'a [Real],
-    /// Velocities before the step, from which the lag counts [m/s].
-    pub before: &'a [Vec3],
+    /// Velocities from which the lag counts [m/s].
+    pub likely: &'a [Vec3],
     /// Time step [s].
     pub dt: Real,
     /// b without the parts of the walls and of the lag: M/dt v* plus explicit forces [N].
@@ -152,14 +152,14 @@ impl<'a> CoupledSolver<'a> {
             .map(|i| {
                 let (friction, carried) = wall_friction(near, i);
                 let (viscosity, lag) = (problem.viscosity[i], problem.lag[i]);
-                let own = problem.before[i];
+                let own = problem.likely[i];
                 let mut lagging = own * (lag * friction);
                 if lags {
                     for pair in near.pairs(i) {
                         let j = pair.j as usize;
                         let lag = Mean::Arithmetic.of(lag, problem.lag[j]);
                         let weight = lag * laplacian_weight(near, i, &pair);
-                        lagging += (own - problem.before[j]) * weight;
+                        lagging += (own - problem.likely[j]) * weight;
                     }
                 }
                 let drags: Real = drags.row(i).iter().map(|p| Real::from(p.drag)).sum();

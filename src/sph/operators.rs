@@ -14,6 +14,19 @@ const GRAIN: usize = 128;
 /// Exact for a linear field, also beside a plane wall and on disordered particles. Needs
 /// [`Neighbourhood::straighten`].
 pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
+    gradient(near, velocity, |i, pair| near.surface_velocity(i, pair))
+}
+
+/// What a change of the velocity [m/s] adds to it, beside walls that go on as they do.
+pub fn gradient_of_change(near: &Neighbourhood, change: &[Vec3]) -> Vec<Mat3> {
+    gradient(near, change, |_, _| Vec3::zeros())
+}
+
+fn gradient(
+    near: &Neighbourhood,
+    velocity: &[Vec3],
+    of_surface: impl Fn(usize, &WallPair) -> Vec3 + Send + Sync,
+) -> Vec<Mat3> {
     per_particle(near, |i| {
         let v_i = velocity[i];
         let mut sum = Mat3::zeros();
@@ -21,7 +34,7 @@ pub fn velocity_gradient(near: &Neighbourhood, velocity: &[Vec3]) -> Vec<Mat3> {
             sum += (velocity[pair.j as usize] - v_i) * vector(pair.gradient).transpose();
         }
         for pair in near.wall.row(i) {
-            let slip = v_i - near.surface_velocity(i, pair);
+            let slip = v_i - of_surface(i, pair);
             sum -= slip * (1.0 + Real::from(pair.beta)) * vector(pair.gradient).transpose();
         }
         sum * near.correction[i]
