@@ -32,16 +32,9 @@ const SPREAD: Real = 0.1;
 /// nothing but viscosity resists they overshoot once p dt/η is beyond about 4, and the flow rings from step to step (in an
 /// 11G cannula by a third of its pressure). With 0.25 a run through an array of struts crawls: 60 times its time and no end.
 const PACKING: Real = 0.5;
-/// Most of it, per viscosity of the fluid. It is what pressure still knows of the step: that of a Newtonian array is 1.2 and
-/// 1.1 % higher at the CFL step than at 0.3 and 0.1 of it, of an array of fluid with a memory 2.0 % at 0.3, a viscoelastic
-/// needle's 0.5 and 0.6 %, a Newtonian one's 0.3 and 0.4 % (means of three starts, each good to 0.1 to 0.3 %). With 0.4, 0.3,
-/// 0.25 the Newtonian array's is 1.0, 0.7, 0.3 %; but with 0.25 the vertebra has 43 to 66 steps back and takes 1.14 to 1.18
-/// times the iterations. Counted from v + dt a, with a of the step before, and the stabiliser's gradient as well, the lag is
-/// of second order: the arrays' are 0.8 and 1.2 %, also with 0.25; but with 0.4 the vertebra has 80 steps back and takes
-/// 1.18 times the iterations. Counted from v + dt L v, or with paths bent (v + dt L v/2), they change by 0.1 to 0.4 %. (All
-/// this with compression undone by dt/T a step. Since it fades as e^(−t/T), the arrays' are 0.8 and 2.1 % at 0.3; counted from
-/// v + dt a with dt a no longer than 0.2 |v| and 0.5 |L| dx they are 0.1 and 0.6 %, and the vertebra has no step back and 2 %
-/// fewer iterations; but a sheared cell of Wi 1 at six CFL steps runs away.)
+/// Most of it, per viscosity of the fluid. Counted from v^n it is what pressure still knows of the step (see `outlook`): with
+/// 0.5, 0.4, 0.3, 0.25 that of a Newtonian array is 1.2, 1.0, 0.7, 0.3 % higher at the CFL step than at 0.3 of it; but with
+/// 0.25 the vertebra has 43 to 66 steps back and takes 1.14 to 1.18 times the iterations.
 const MOST_LAG: Real = 0.5;
 /// Level of the pressure that evens a packing, per stress η u/dx + ρ u²/2 that spoils it, with u the [`Stepper::pace`]; see
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the

@@ -7,7 +7,9 @@ use osteoflow::solid::{Shape, Solid};
 use osteoflow::study::scenes::{body, boxed, viscoelastic};
 
 const SPACING: f64 = 1e-3;
-const STRESS_STEPS: [StressStep; 2] = [StressStep::Coupled, StressStep::Explicit];
+/// With what may be moved on a floor [m/s].
+const STRESS_STEPS: [(StressStep, f64); 2] =
+    [(StressStep::Coupled, 3e-4), (StressStep::Explicit, 2e-3)];
 
 /// A box full of particles that lie unevenly, this many spacings high.
 fn uneven(stress: StressStep, height: f64) -> SimSettings {
@@ -42,7 +44,7 @@ fn fastest(mut simulation: Simulation, stretch: f64, below: f64) -> f64 {
 
 #[test]
 fn uniform_stretch_does_not_move_an_uneven_packing() {
-    for stress in STRESS_STEPS {
+    for (stress, _) in STRESS_STEPS {
         let [relaxed, stretched] = [1.0, 40.0].map(|stretch| {
             let mut s = uneven(stress, 8.0);
             s.periodic = [true; 3];
@@ -59,7 +61,7 @@ fn uniform_stretch_does_not_move_an_uneven_packing() {
 /// the stress everywhere it moves at 0.02 m/s there.)
 #[test]
 fn uniform_stretch_does_not_move_an_uneven_packing_on_a_floor() {
-    for stress in STRESS_STEPS {
+    for (stress, most) in STRESS_STEPS {
         let [relaxed, stretched] = [1.0, 40.0].map(|stretch| {
             let mut s = uneven(stress, 16.0);
             s.periodic = [true, true, false];
@@ -82,6 +84,6 @@ fn uniform_stretch_does_not_move_an_uneven_packing_on_a_floor() {
             fastest(start, stretch, 4.0 * SPACING)
         });
         eprintln!("{stress:?}: {relaxed:e} m/s relaxed, {stretched:e} stretched");
-        assert!(stretched < relaxed + 2e-3);
+        assert!(stretched < relaxed + most);
     }
 }
