@@ -3,6 +3,9 @@
 //! Reached with `--level quick` (2 mm, 2 s): dfsph and imm fall over at 1 : 1000 and leave 0.27 to 0.36 of the segregation at
 //! 1 : 10 and 1 : 100; imm_ct is stable at all three and leaves 0.20, 0.05 and 0.17: thin liquids part again in the whirl,
 //! as the polymer is a quarter heavier. At 1 : 100 it is 90 % mixed after 0.48 s.
+//!
+//! With `--level full` (1 mm, 4 s, one start): dfsph and imm run away but at 1 : 10, where they leave 0.21 and 0.012 (90 % after
+//! 1.74 s); imm_ct is stable at all three and leaves 0.011, 0.008 and 0.129, 90 % mixed after 0.44 s, 0.52 s and not in 4 s.
 
 use super::scenes::SUPPORT;
 use super::tank::{Fan, Fate, LIQUID, Tank, cfl_step};
