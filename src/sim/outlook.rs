@@ -3,7 +3,7 @@
 //! Viscosity that resists only what changes in a step (the lag), the stabiliser's gradient and the predicted U need a
 //! velocity before the solve has found it. With v^n they are a step late, and pressure knows of the step; with v^n plus the
 //! change of the step before they are of second order. Pressure at the piston of an array of struts [Pa], mean of three
-//! starts at the CFL step and at 0.3 of it, of one at 0.1 (each start good to 0.3 %; `study pressure`):
+//! starts at the CFL step and at 0.3 of it (now one of 4.4 Pa·s), of one at 0.1 (each good to 0.3 %; `study pressure`):
 //!
 //! | counted from | v^n | the likely v |
 //! |---|---|---|
@@ -15,8 +15,8 @@
 //! 2.4 %, the mean over neighbours 1.7 %, four fifths of it 1.1 %, the stabiliser alone 1.3 % (it rings), all but the lag
 //! 2.1 %. U advanced with the mean gradient of the step rings. As the solver's guess it costs iterations (45 for 39).
 //!
-//! Over half the way (12 spacings, where a start is good to 0.5 %) the hundredth of the CFL step gives 7312 and 9355 Pa, the
-//! CFL step 7256 and 9446 Pa: 0.8 and 1.0 % (one start, and the mean of three).
+//! Over half the way (12 spacings, where a start is good to 0.5 %) the CFL step gives 7256 and 9446 Pa (three starts), a tenth
+//! of it 7262 and 9334 (two), a hundredth 7312 and 9355 (one): 0.8 and 1.2 %.
 //!
 //! Its gradient is taken beside walls that go on as they do: that of a plate which moves off in steps of six CFL steps
 //! would be that of the plate's new velocity and the fluid's old one, and the flow runs away.
