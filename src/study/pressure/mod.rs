@@ -14,11 +14,11 @@
 //! | needle into closed pores, 4.4 Pa·s | 2856 | 2811 | 2776 | 2.8 % |
 //! | needle into closed pores, 8 Pa·s, memory 50 ms | 3651 | 3587 | 3567 | 2.3 % |
 //!
-//! each known to 0.13 % (0.23 % at 0.01): the needle, five spacings wide, misses the 1 % aimed at (see `sim/compression.rs` for
-//! what it hangs on). Flow: spread 0.3 and 0.4 % (array), 1.0 and 2.1 % (needle). Pressure by viscosity over 1 : 1000: 0.5 %. A
-//! drop that creeps: 0.49 % off at a hundredth of the step. Inflow unbalanced by at most 0.99 %. Pipes 20, 80, 320 deep take 21
-//! to 36, 24 to 33, 41 to 44 iterations a warm step (most 53, 67, 111; 46 to 51, 89 to 141, 106 to 132 cold), and a particle and
-//! step at 320 costs 2.0 (cold) and 1.8 (warm) times that at 20.
+//! each known to 0.13 % (0.23 % at 0.01): the needle, five spacings wide, and just so the Newtonian array miss the 1 % aimed
+//! at (see `sim/compression.rs` for what it hangs on). Flow: spread 0.3 and 0.4 % (array), 1.0 and 2.1 % (needle). Pressure
+//! by viscosity over 1 : 1000: 0.5 %. A drop that creeps: 0.49 % off at a hundredth of the step. Inflow unbalanced by at
+//! most 0.99 %. Pipes 20, 80, 320 deep take 21 to 36, 24 to 33, 41 to 44 iterations a warm step (most 53, 67, 111; 46 to 51,
+//! 89 to 141, 106 to 132 cold), and a particle and step at 320 costs 2.0 (cold) and 1.8 (warm) times that at 20.
 
 mod creep;
 mod scenes;
