@@ -56,8 +56,13 @@ impl Stepper<'_> {
     /// spacing. Undone in whatever a step is, the pressure that it takes would grow as 1/dt and swamp that of the flow.
     /// (Gaps in fluid without pressure may close as fast as they like.)
     pub(super) fn correction_time(&self) -> Real {
+        self.time_over(CORRECTION)
+    }
+
+    /// Time in which the flow, at its [`Stepper::pace`], covers that many spacings [s].
+    pub(super) fn time_over(&self, spacings: Real) -> Real {
         let pace = self.pace.unwrap_or_default();
-        CORRECTION * self.settings.spacing / pace.max(Real::MIN_POSITIVE)
+        spacings * self.settings.spacing / pace.max(Real::MIN_POSITIVE)
     }
 
     /// The same of a solve apart from viscosity [s], see [`SPLIT_SHARE`].

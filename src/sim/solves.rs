@@ -40,6 +40,11 @@ const MOST_LAG: Real = 0.5;
 /// [`Stepper::relieve`]. With 10 pipes 320 deep have 0.99 times Poiseuille's gradient (1 and 100 Pa·s). More lets the
 /// packing stiffen; with 5, and without the lag, the vertebra, which needs no relief, takes 1.6 times the iterations.
 const EVENING: Real = 10.0;
+/// Spacings that the flow covers, at its [`Stepper::pace`], in the time over which inertia resists the coupled solve's C:
+/// a step at the CFL limit. With that of the step itself, and what of the viscosity resists in it, established flow in a
+/// needle into closed pores (4.4 Pa·s, steps of a tenth of the CFL step, 3029 Pa) that went on in steps of 0.03, 0.01
+/// jumped to 3083, 3154 Pa within two of them; now to 3033, 3038.
+const SETTLING: Real = 0.4;
 const MOST_SWEEPS: usize = 600;
 impl Stepper<'_> {
     /// Reference speed of the tolerances [m/s].
@@ -276,6 +281,7 @@ impl Stepper<'_> {
         let mut velocity = self.mix.velocity.clone();
         let mut pressure = self.fluid.multiplier(0);
         self.lower(&mut pressure);
+        let firmness = self.mixture_viscosity();
         let mut solver = CoupledSolver::new(CoupledProblem {
             near: self.near,
             position: &self.fluid.position,
@@ -285,6 +291,8 @@ impl Stepper<'_> {
             lag: &lag,
             likely: &likely,
             dt,
+            firmness: &firmness,
+            settling: self.time_over(SETTLING),
             force: &force,
             excess: &excess,
             closed,

@@ -8,7 +8,7 @@
 //! An outer active set F = {k > 0} ∪ {s > 0} around block MINRES (`minres`), which finds the correction to what the last
 //! round left over: that in double precision, the correction in single. C is a graph
 //! Laplacian over F that damps pressure modes which the velocity cannot see; it is zero on constants, so no inflow
-//! is lost. Particles that a wall has to hold lose their velocity along its normal as an unknown (`contact`).
+//! is lost, and does not know dt: what it lets through is part of the answer. Particles that a wall has to hold lose their velocity along its normal as an unknown (`contact`).
 //! Preconditioner: two Chebyshev–Jacobi steps for H; for the pressure block viscosity and inertia by
 //! particle, and a coarse level that knows the mobility of the fluid.
 
@@ -26,6 +26,8 @@ use rayon::prelude::*;
 
 /// Strength of the pressure stabilisation C.
 const STABILISATION: Real = 0.1;
+/// Steps over which inertia counts in C at most: what rests without weight would do it for ever.
+const MOST_SETTLING: Real = 1e3;
 /// A round whose set is not final anyway reduces its residual by this factor.
 const LOOSE: Real = 0.3;
 /// Share of the particles that may have entered or left the set in the last round if this one is to end the solve.
@@ -53,6 +55,10 @@ pub struct CoupledProblem<'a> {
     pub likely: &'a [Vec3],
     /// Time step [s].
     pub dt: Real,
+    /// What C goes by: the viscosity round each particle [Pa·s], and the time over which inertia resists [s]. Not those of
+    /// the step, or pressure would know of it.
+    pub firmness: &'a [Real],
+    pub settling: Real,
     /// b without the parts of the walls and of the lag: M/dt v* plus explicit forces [N].
     pub force: &'a [Vec3],
     /// c without the walls' motion: excess volume / dt [m³/s].
@@ -118,6 +124,8 @@ pub struct CoupledSolver<'a> {
     source: Vec<Real>,
     /// How hard the fluid round a particle is to push away, by its viscosity and inertia [Pa s/m³].
     pub(super) fine: Vec<Real>,
+    /// The same, apart from what the step is [Pa s/m³].
+    firm: Vec<Real>,
     /// Mobility: velocity per force of a uniform push [m/(s N)].
     mobility: Vec<Real>,
     pub(super) active: Vec<bool>,
@@ -180,6 +188,7 @@ impl<'a> CoupledSolver<'a> {
             force: rows.iter().map(|r| r.1).collect(),
             source: (0..n).map(|i| problem.excess[i] + carried[i]).collect(),
             fine: Vec::new(),
+            firm: Vec::new(),
             mobility: Vec::new(),
             active: vec![false; n],
             contacts: Contacts::default(),
@@ -189,12 +198,19 @@ impl<'a> CoupledSolver<'a> {
         let p = &solver.problem;
         // A particle without neighbours has no diagonal of its own.
         let least = 1e-3 * (volume / near.spacing).powi(2);
-        solver.fine = (0..n)
+        let resistance = |i: usize, viscosity: Real, time: Real| {
+            let inertial = inertial[i].max(least / p.mass[i]);
+            viscosity / volume + 1.0 / (time * inertial)
+        };
+        let settling = p.settling.min(MOST_SETTLING * p.dt);
+        (solver.fine, solver.firm) = (0..n)
             .map(|i| {
-                let inertial = inertial[i].max(least / p.mass[i]);
-                (p.viscosity[i] + p.lag[i]) / volume + 1.0 / (p.dt * inertial)
+                (
+                    resistance(i, p.viscosity[i] + p.lag[i], p.dt),
+                    resistance(i, p.firmness[i], settling),
+                )
             })
-            .collect();
+            .unzip();
         solver.mobility = mobility::of_uniform_push(
             &solver.drags,
             &solver.diagonal,
@@ -393,7 +409,7 @@ impl<'a> CoupledSolver<'a> {
         let stiffness: Vec<Real> = (0..active.len())
             .map(|i| {
                 if active[i] {
-                    (STABILISATION / self.fine[i]).sqrt()
+                    (STABILISATION / self.firm[i]).sqrt()
                 } else {
                     0.0
                 }
