@@ -4,31 +4,12 @@ use super::stepper::Stepper;
 use crate::math::{Real, ordered_sum, ordered_sums};
 use crate::sph::PressureOperator;
 
-/// Share of a spacing that the flow covers while compression is undone: about two steps at the CFL limit. In a needle into
-/// closed pores 0.4 changes the pressure by 2.9 % between the CFL step and a thirtieth of it, and with 0.8 the vertebra
-/// takes 14 % fewer iterations and no step back. With 1.6 and 4 the gradient of a pipe eight across was 5 and 9 % low when
-/// this was chosen (0.4 and 0.8: right to within its noise of 3 %).
-///
-/// What pressure still knows of the step hangs on it too (`study pressure`: needle, 4.4 Pa·s, mean of two or three starts [Pa]):
-///
-/// | | 1 CFL step | 0.3 | 0.1 | 0.01 |
-/// |---|---|---|---|---|
-/// | 0.4 | 2851 | | 2915 | |
-/// | 0.8 | 2776 | 2799 | 2811 | 2848 |
-/// | 1.6 | 2716 | | 2722 | |
-/// | 0.8, particles moved by v + dt (v·∇)v/2 | 2788 | 2797 | 2811 | |
-/// | 1.2, the same | 2753 | 2760 | 2767 | 2819 (one) |
-/// | 1.2, by v and half of the step's change of it | 2746 | 2749 | 2760 | |
-///
-/// With the last two the memory's needle is 3528, 3527, 3529 (3578 at 0.01, one start) and 3519, 3519; the gradient of that
-/// pipe is 1.6, 0.7, 1.4 % low with 0.8, 1.2, 1.6 now (1 Pa·s, one run each), and the needle takes 38 to 42 iterations for
-/// 45. Not done yet: all that is measured would have to be measured again. What is left in small steps is not understood. It
-/// is there from the first 30 ms on (over 1.2 spacings of the piston's way: 1250, 1283, 1309 Pa at 0.1, 0.03, 0.01), solves
-/// to a tenth of the tolerance give it to five digits, gaps closed as slowly as compression leave it, and no particle is
-/// stopped by a wall. Fewer particles are under pressure the smaller the step, and the mean excess of volume is smaller.
-/// Established flow (2838 Pa, a tenth) that goes on in steps of 0.03, 0.01 jumps to 2897, 2989 Pa within two of them, which
-/// fades as excess does: a solve knows it.
-const CORRECTION: Real = 0.8;
+/// Share of a spacing that the flow covers while compression is undone: about three steps at the CFL limit. What pressure
+/// knows of the step hangs on it (`study pressure`: needle, 4.4 Pa·s, mean of six starts [Pa] at the CFL step and 0.3 of it,
+/// particles moved by v alone): 2783 and 2807 with 0.8, 2754 and 2749 with 1.2. With 0.4 the vertebra takes 14 % more
+/// iterations than with 0.8, and steps back. With 1.6 and 4 the gradient of a pipe eight across was 5 and 9 % low once; later
+/// 1.6, 0.7, 1.4 % with 0.8, 1.2, 1.6 (1 Pa·s, one run each).
+const CORRECTION: Real = 1.2;
 /// Of that time, what a split solve takes in an open body: a fifth of the CFL step, which undoes 99 % of it. Undone within a
 /// smaller step, a stirred tank's start flew apart below a hundredth of the CFL step, and pressure mixed what the flow
 /// did not: 0.45, 0.42, 0.28 were left of its segregation at 1, 1/4, 1/16 of the CFL step, now 0.45, 0.46, 0.42 (imm, 0.1 Pa·s,

@@ -2,6 +2,7 @@
 //! and rows that become fluid.
 
 use super::contact::{MOST_DEPTH, beside_all};
+use super::settings::StressStep;
 use super::stepper::Stepper;
 use crate::fluid::transfer;
 use crate::sph::PressureOperator;
@@ -22,7 +23,12 @@ impl Stepper<'_> {
     pub fn move_particles(&mut self) {
         let dt = self.dt;
         let shift = self.shift();
-        let velocity = self.carrying_velocity();
+        let mut velocity = self.carrying_velocity();
+        if self.stress != StressStep::Explicit {
+            for (i, v) in velocity.iter_mut().enumerate() {
+                *v += self.bend(i);
+            }
+        }
         let (near, domain) = (&self.near, self.domain);
         let before = self.around.at(self.time);
         let after = self.around.at(self.time + dt);

@@ -55,9 +55,7 @@ pub struct CoupledProblem<'a> {
     pub likely: &'a [Vec3],
     /// Time step [s].
     pub dt: Real,
-    /// What C goes by: the viscosity round each particle [Pa·s], and the time over which inertia resists [s]. Not those of
-    /// the step, or pressure would know of it.
-    pub firmness: &'a [Real],
+    /// Time over which inertia resists what C lets through [s]: not that of the step, or pressure would know of it.
     pub settling: Real,
     /// b without the parts of the walls and of the lag: M/dt v* plus explicit forces [N].
     pub force: &'a [Vec3],
@@ -124,7 +122,7 @@ pub struct CoupledSolver<'a> {
     source: Vec<Real>,
     /// How hard the fluid round a particle is to push away, by its viscosity and inertia [Pa s/m³].
     pub(super) fine: Vec<Real>,
-    /// The same, apart from what the step is [Pa s/m³].
+    /// The same of what does not hang on the step [Pa s/m³].
     firm: Vec<Real>,
     /// Mobility: velocity per force of a uniform push [m/(s N)].
     mobility: Vec<Real>,
@@ -207,7 +205,7 @@ impl<'a> CoupledSolver<'a> {
             .map(|i| {
                 (
                     resistance(i, p.viscosity[i] + p.lag[i], p.dt),
-                    resistance(i, p.firmness[i], settling),
+                    resistance(i, p.viscosity[i], settling),
                 )
             })
             .unzip();
