@@ -10,11 +10,11 @@ use crate::sph::PressureOperator;
 /// iterations than with 0.8, and steps back. With 1.6 and 4 the gradient of a pipe eight across was 5 and 9 % low once; later
 /// 1.6, 0.7, 1.4 % with 0.8, 1.2, 1.6 (1 Pa·s, one run each).
 const CORRECTION: Real = 1.2;
-/// Of that time, what a split solve takes in an open body: a fifth of the CFL step, which undoes 99 % of it. Undone within a
+/// The same of a split solve in an open body: a fifth of the CFL step, which undoes 99 % of it. Undone within a
 /// smaller step, a stirred tank's start flew apart below a hundredth of the CFL step, and pressure mixed what the flow
 /// did not: 0.45, 0.42, 0.28 were left of its segregation at 1, 1/4, 1/16 of the CFL step, now 0.45, 0.46, 0.42 (imm, 0.1 Pa·s,
 /// 0.2 s, one run each).
-const SPLIT_SHARE: Real = 0.1;
+const SPLIT_CORRECTION: Real = 0.08;
 /// Share of the way to the fastest particle that the pace makes in the time in which compression is undone. With 1 a body
 /// that is over-full by ten times what its flow undoes would still be flung apart, with 0.25 it swells a few times as fast
 /// as it flows.
@@ -46,10 +46,13 @@ impl Stepper<'_> {
         spacings * self.settings.spacing / pace.max(Real::MIN_POSITIVE)
     }
 
-    /// The same of a solve apart from viscosity [s], see [`SPLIT_SHARE`].
+    /// The same of a solve apart from viscosity [s], see [`SPLIT_CORRECTION`].
     pub(super) fn split_correction_time(&self) -> Real {
-        let share = if self.closed { 1.0 } else { SPLIT_SHARE };
-        share * self.correction_time()
+        self.time_over(if self.closed {
+            CORRECTION
+        } else {
+            SPLIT_CORRECTION
+        })
     }
 
     /// Brings the pace up to date, once dt is known.
