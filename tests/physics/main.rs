@@ -11,5 +11,6 @@ mod movers;
 mod needle;
 mod room;
 mod scenes;
+mod steady;
 mod stretched;
 mod waves;
