@@ -5,20 +5,22 @@
 //! of the next, whatever their steps. What is compared are means over several starts (one where steps are a hundredth of
 //! the CFL step).
 //!
-//! Reached with `--level full` (45 min on two cores, one run; means of three starts, at 0.01 of one):
+//! Reached, run by run and not yet in one run of `--level full` (means of three starts, of six in the needle of 4.4 Pa·s, of
+//! two in the array with a memory at 0.1):
 //!
-//! | pressure at the piston [Pa], CFL steps | 0.01 | 0.1 | 1 | spread |
+//! | pressure at the piston [Pa], CFL steps | 0.1 | 0.3 | 1 | spread |
 //! |---|---|---|---|---|
-//! | array of struts, 4.4 Pa·s | 7338 | 7256 | 7271 | 1.1 % |
-//! | array of struts, 8 Pa·s, memory 50 ms | 9455 | 9431 | 9493 | 0.7 % |
-//! | needle into closed pores, 4.4 Pa·s | 2856 | 2811 | 2776 | 2.8 % |
-//! | needle into closed pores, 8 Pa·s, memory 50 ms | 3651 | 3587 | 3567 | 2.3 % |
+//! | array of struts, 4.4 Pa·s | | | 7209 | |
+//! | array of struts, 8 Pa·s, memory 50 ms | 9352 | | 9328 | 0.3 % |
+//! | needle into closed pores, 4.4 Pa·s | 2764 | 2759 | 2750 | 0.5 % |
+//! | needle into closed pores, 8 Pa·s, memory 50 ms | | | 3512 | |
 //!
-//! each known to 0.13 % (0.23 % at 0.01): the needle, five spacings wide, and just so the Newtonian array miss the 1 % aimed
-//! at (see `sim/compression.rs` for what it hangs on). Flow: spread 0.3 and 0.4 % (array), 1.0 and 2.1 % (needle). Pressure
-//! by viscosity over 1 : 1000: 0.5 %. A drop that creeps: 0.49 % off at a hundredth of the step. Inflow unbalanced by at
-//! most 0.99 %. Pipes 20, 80, 320 deep take 21 to 36, 24 to 33, 41 to 44 iterations a warm step (most 53, 67, 111; 46 to 51,
-//! 89 to 141, 106 to 132 cold), and a particle and step at 320 costs 2.0 (cold) and 1.8 (warm) times that at 20.
+//! The last full run (45 min on two cores) is older than a pressure smoothed apart from the step (`sim::solves`, SETTLING) and a way of
+//! second order (`sim::outlook`). Over a factor 100 in steps its pressures spread by 1.1 and 0.7 % (arrays), 2.8 and 2.3 %
+//! (needles), flow by 0.3, 0.4, 2.1, 1.0 %. Pressure by viscosity over 1 : 1000: 0.5 %. A drop that creeps: 0.49 % off at a
+//! hundredth of the step. Inflow unbalanced by at most 0.99 %. Pipes 20, 80, 320 deep took 21 to 36, 24 to 33, 41 to 44
+//! iterations a warm step (most 53, 67, 111; 46 to 51, 89 to 141, 106 to 132 cold), and a particle and step at 320 cost 2.0
+//! (cold) and 1.8 (warm) times that at 20.
 
 mod creep;
 mod scenes;
