@@ -25,9 +25,8 @@ impl Stepper<'_> {
         let shift = self.shift();
         let mut velocity = self.carrying_velocity();
         if self.stress != StressStep::Explicit {
-            for (i, v) in velocity.iter_mut().enumerate() {
-                *v += self.bend(i);
-            }
+            let each = velocity.par_iter_mut().enumerate().with_min_len(128);
+            each.for_each(|(i, v)| *v += self.bend(i));
         }
         let (near, domain) = (&self.near, self.domain);
         let before = self.around.at(self.time);

@@ -6,9 +6,10 @@
 //! ```
 //!
 //! An outer active set F = {k > 0} ∪ {s > 0} around block MINRES (`minres`), which finds the correction to what the last
-//! round left over: that in double precision, the correction in single. C is a graph
-//! Laplacian over F that damps pressure modes which the velocity cannot see; it is zero on constants, so no inflow
-//! is lost, and does not know dt: what it lets through is part of the answer. Particles that a wall has to hold lose their velocity along its normal as an unknown (`contact`).
+//! round left over: that in double precision, the correction in single. C is a graph Laplacian over F that damps pressure
+//! modes which the velocity cannot see; it is zero on constants, so no inflow is lost, and does not know dt: what it lets
+//! through is part of the answer. Particles that a wall has to hold lose their velocity along its normal as an unknown
+//! (`contact`).
 //! Preconditioner: two Chebyshev–Jacobi steps for H; for the pressure block viscosity and inertia by
 //! particle, and a coarse level that knows the mobility of the fluid.
 

@@ -40,7 +40,9 @@ fn steady_pressure(dt: Real, settling: Real) -> Vec<Real> {
     let mut random = Stream::new(6, "sources");
     let mut excess: Vec<Real> = (0..n).map(|_| random.unit() - 0.5).collect();
     let mean = excess.iter().sum::<Real>() / n as Real;
-    excess.iter_mut().for_each(|e| *e -= mean);
+    for e in &mut excess {
+        *e -= mean;
+    }
     let goal = CoupledGoal {
         strain_rate: 1e-7,
         balance: Real::INFINITY,
@@ -74,7 +76,9 @@ fn steady_pressure(dt: Real, settling: Real) -> Vec<Real> {
         });
         // Only differences mean anything in a closed body, and guesses are positive.
         let least = pressure.iter().copied().fold(Real::INFINITY, Real::min);
-        pressure.iter_mut().for_each(|p| *p -= least);
+        for p in &mut pressure {
+            *p -= least;
+        }
         let outcome = solver.solve(&mut velocity, &mut pressure, |_| true, &goal);
         assert!(outcome.converged, "{outcome:?}");
         time += dt;

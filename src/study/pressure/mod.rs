@@ -15,12 +15,12 @@
 //! | needle into closed pores, 4.4 Pa·s | 2764 | 2759 | 2750 | 0.5 % |
 //! | needle into closed pores, 8 Pa·s, memory 50 ms | | | 3512 | |
 //!
-//! The last full run (45 min on two cores) is older than a pressure smoothed apart from the step (`sim::solves`, SETTLING) and a way of
-//! second order (`sim::outlook`). Over a factor 100 in steps its pressures spread by 1.1 and 0.7 % (arrays), 2.8 and 2.3 %
-//! (needles), flow by 0.3, 0.4, 2.1, 1.0 %. Pressure by viscosity over 1 : 1000: 0.5 %. A drop that creeps: 0.49 % off at a
-//! hundredth of the step. Inflow unbalanced by at most 0.99 %. Pipes 20, 80, 320 deep took 21 to 36, 24 to 33, 41 to 44
-//! iterations a warm step (most 53, 67, 111; 46 to 51, 89 to 141, 106 to 132 cold), and a particle and step at 320 cost 2.0
-//! (cold) and 1.8 (warm) times that at 20.
+//! The last full run (45 min on two cores) is older than a pressure smoothed apart from the step (`sim::solves`, SETTLING)
+//! and a way of second order (`sim::outlook`). Over a factor 100 in steps its pressures spread by 1.1 and 0.7 % (arrays),
+//! 2.8 and 2.3 % (needles), flow by 0.3, 0.4, 2.1, 1.0 %. Pressure by viscosity over 1 : 1000: 0.5 %. A drop that creeps:
+//! 0.49 % off at a hundredth of the step. Inflow unbalanced by at most 0.99 %. Pipes 20, 80, 320 deep took 21 to 36, 24 to
+//! 33, 41 to 44 iterations a warm step (most 53, 67, 111; 46 to 51, 89 to 141, 106 to 132 cold), and a particle and step at
+//! 320 cost 2.0 (cold) and 1.8 (warm) times that at 20.
 
 mod creep;
 mod scenes;
