@@ -10,7 +10,8 @@
 //! | 4.4 Pa·s | 7317, 7260, 7260: 0.8 % | 7271, 7264, 7262: 0.1 % |
 //! | 8 Pa·s, memory 50 ms | 9640, 9440, 9394: 2.6 % | 9493, 9433, 9437: 0.6 % |
 //!
-//! The vertebra takes as many iterations (64 574 for 63 297) and no step back. Tried on the way, with the change of the
+//! The vertebra took as many iterations (64 574 for 63 297; 72 895 with what particles' ways, `compression` and the solver's C
+//! are now) and no step back. Tried on the way, with the change of the
 //! array with a memory: no limit 1.0 % (and 1.12 times the vertebra's iterations, with steps back), either limit alone 1.4 to
 //! 2.4 %, the mean over neighbours 1.7 %, four fifths of it 1.1 %, the stabiliser alone 1.3 % (it rings), all but the lag
 //! 2.1 %. U advanced with the mean gradient of the step rings. As the solver's guess it costs iterations (45 for 39).

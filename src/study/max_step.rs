@@ -1,7 +1,7 @@
 //! Fig. 9 of [IMM-CT]: the largest fixed step at which the mixing tank survives, scheme by scheme.
 //!
 //! Reached with `--level full` (2 mm, 1 s, brackets of 1.05; 68 min on two cores, shared), least of three seeds, in CFL steps of
-//! 1.7 ms (2 is as far as the search goes):
+//! 1.7 ms (2 is as far as the search goes; older than what coupled solves smooth pressure with and how particles move by them):
 //!
 //! | viscosity ratio | 1:1 | 1:10 | 1:100 | 1:1000 | 1:10 000 |
 //! |---|---|---|---|---|---|
